@@ -1,0 +1,138 @@
+#include "isolux/cli/command.h"
+
+#include <CLI/CLI.hpp>
+
+#include "isolux/base/error.h"
+#include "isolux/base/number_text.h"
+
+namespace isolux {
+namespace {
+
+using enum ValueType;
+
+const Option kThreads{.name = "threads", .type = kWhole,
+                      .sentence = "how many threads to use (default: all cores)", .low = 1,
+                      .high = 1024};
+const Option kIsa{.name = "isa", .type = kText, .sentence = "hold the program to an instruction set",
+                  .not_yet = "this version has one code path for every x86-64 processor"};
+const Option kProgress{.name = "progress", .type = kFlag,
+                       .sentence = "show progress even where standard error is no terminal"};
+const Option kScene{.name = "scene", .type = kText,
+                    .sentence = "a scene file; options on the command line go before it"};
+const Option kJson{.name = "json", .type = kFlag, .sentence = "print one JSON object"};
+
+Option scene_option(const char* name) { return *find_option(scene_options(), name); }
+
+std::vector<Command> make_commands() {
+  return {
+      {"render", "[INPUT...]", "draw a picture",
+       {{.name = "output", .type = kText, .sentence = "the picture, OUT.png or OUT.exr (short: -o)"},
+        kScene,
+        {.name = "save-scene", .type = kText, .sentence = "write the scene to a file"},
+        {.name = "again", .type = kText,
+         .sentence = "make a PNG or EXR of isolux again from what it carries; INPUTs say where the "
+                     "inputs lie now"},
+        kThreads, kIsa, kProgress},
+       true,
+       {{"isolux render -o head.png", "the example CT head, lit from the eye"},
+        {"isolux render phantom:head --surface iso=-300,kd=1:0.79:0.6 "
+         "--light point,at=-300:-400:300 -o skin.png",
+         "one isosurface in skin colour under a point light"},
+        {"isolux render phantom:head --light point,at=0:0:57,space=index -o lecture.png",
+         "a light at voxel (0, 0, 57)"},
+        {"isolux render phantom:head --camera view=left,projection=orthographic -o left.exr",
+         "all layers, linear, for measuring"}},
+       run_render},
+      {"explain", "[INPUT...]", "say why a pixel has its colour, with every number",
+       {{.name = "pixel", .type = kText,
+         .sentence = "the pixel as X,Y, counted from 0 at the top left"},
+        kJson, kScene, kThreads, kIsa, kProgress},
+       true,
+       {{"isolux explain phantom:sphere --pixel 500,400", "the lecture's sums for one pixel"},
+        {"isolux explain phantom:sphere --pixel 500,400 --json", "the same for a program"}},
+       run_explain},
+      {"info", "[INPUT]", "say what a file holds and how it was understood",
+       {kJson, scene_option("dims"), scene_option("type"), scene_option("spacing"), kProgress},
+       false,
+       {{"isolux info phantom:head", "size, place in space, values, iso values worth trying"}},
+       run_info},
+      {"bench", "[INPUT...]", "time the parts of a frame",
+       {{.name = "frames", .type = kWhole, .sentence = "how many frames to time",
+         .default_text = "5", .low = 1, .high = 10000},
+        kJson, kScene, kThreads, kIsa},
+       true,
+       {{"isolux bench phantom:head --size 256x256 --frames 3", "medians over three frames"}},
+       run_bench},
+      {"manual", "", "print the manual page (docs/manual.md)", {}, false, {}, run_manual},
+  };
+}
+
+}  // namespace
+
+const std::vector<Command>& commands() {
+  static const std::vector<Command> list = make_commands();
+  return list;
+}
+
+std::vector<Option> all_options(const Command& command) {
+  std::vector<Option> options = command.options;
+  if (command.takes_scene) {
+    options.insert(options.end(), scene_options().begin(), scene_options().end());
+  }
+  return options;
+}
+
+Arguments parse(const Command& command, const std::vector<std::string>& arguments) {
+  const std::vector<Option> options = all_options(command);
+  CLI::App app;
+  app.set_help_flag();
+  app.allow_extras();
+  Arguments parsed;
+  std::map<std::string, bool> flags;
+  for (const Option& option : options) {
+    const std::string flag = (option.name == "output" ? "-o,--" : "--") + option.name;
+    if (option.type == kFlag) {
+      app.add_flag(flag, flags[option.name]);
+    } else {
+      app.add_option(flag, parsed.values[option.name])->allow_extra_args(false);
+    }
+  }
+  if (!command.inputs.empty()) app.add_option("INPUT", parsed.inputs);
+  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // as CLI11 wants them
+  try {
+    app.parse(reversed);
+  } catch (const CLI::ParseError& error) {
+    throw UsageError("isolux " + command.name, error.what(),
+                     "see `isolux " + command.name + " --help`");
+  }
+  for (const std::string& extra : app.remaining()) {
+    const std::string name = extra.substr(0, extra.find('='));
+    const std::string near =
+        name.starts_with("--") ? nearest_name(options, name.substr(2)) : std::string();
+    throw UsageError(extra, "`isolux " + command.name + "` does not take it",
+                     near.empty() ? "see `isolux " + command.name + " --help`"
+                                  : "did you mean --" + near + "?");
+  }
+  for (const Option& option : options) {
+    if (option.type == kFlag && flags[option.name]) parsed.values[option.name] = {"true"};
+    if (parsed.values[option.name].empty()) {
+      parsed.values.erase(option.name);
+    } else if (!option.repeatable && parsed.values[option.name].size() > 1) {
+      throw UsageError("--" + option.name, "is given twice", "give it once");
+    }
+  }
+  return parsed;
+}
+
+int thread_count(const Arguments& arguments) {
+  if (!arguments.has("threads")) return 0;
+  const auto count = parse_whole_number(arguments.at("threads"));
+  if (!count || static_cast<double>(*count) < kThreads.low ||
+      static_cast<double>(*count) > kThreads.high) {
+    throw UsageError("--threads", "'" + arguments.at("threads") + "' is no number of threads",
+                     "give a whole number from 1 to 1024");
+  }
+  return static_cast<int>(*count);
+}
+
+}  // namespace isolux

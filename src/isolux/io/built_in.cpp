@@ -1,0 +1,74 @@
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+
+#include "isolux/base/error.h"
+#include "isolux/base/memory.h"
+#include "isolux/base/number_text.h"
+#include "isolux/io/format.h"
+#include "isolux/volume/phantom.h"
+
+namespace isolux {
+namespace {
+
+struct Phantom {
+  Volume (*make)(int size);
+  int size;
+  double bytes_per_voxel;
+};
+
+const std::map<std::string, Phantom>& phantoms() {
+  static const std::map<std::string, Phantom> all = {
+      {"head", {head_phantom, 256, 2}},
+      {"sphere", {sphere_phantom, 65, 4}},
+      {"marschner-lobb", {marschner_lobb_phantom, 41, 4}},
+  };
+  return all;
+}
+
+constexpr int kLargestSize = 4096;
+
+}  // namespace
+
+ReadResult make_phantom(const ReadRequest& request) {
+  const std::string rest = request.name.substr(std::string("phantom:").size());
+  const std::size_t comma = rest.find(',');
+  const auto found = phantoms().find(rest.substr(0, comma));
+  if (found == phantoms().end()) {
+    throw UsageError(request.name, "there is no such phantom",
+                     "there are phantom:head, phantom:sphere and phantom:marschner-lobb");
+  }
+  int size = found->second.size;
+  if (comma != std::string::npos) {
+    const std::string setting = rest.substr(comma + 1);
+    const auto given = setting.starts_with("size=") ? parse_whole_number(setting.substr(5))
+                                                    : std::nullopt;
+    if (!given || *given < 2 || *given > kLargestSize) {
+      throw UsageError(request.name, "'" + setting + "' is no size",
+                       "write size=N with N from 2 to " + std::to_string(kLargestSize));
+    }
+    size = static_cast<int>(*given);
+  }
+  check_memory(found->second.bytes_per_voxel * size * size * size, request.name);
+  auto volume = std::make_shared<Volume>(found->second.make(size));
+  if (request.grid.spacing_mm) volume->world_from_index.linear = diagonal(*request.grid.spacing_mm);
+  return {volume, request.name, "built-in", {}, {}};
+}
+
+std::string find_example_head() {
+  namespace fs = std::filesystem;
+  const auto variable = [](const char* name) {
+    const char* value = std::getenv(name);
+    return fs::path(value ? value : "");
+  };
+  const fs::path cache = variable("XDG_CACHE_HOME").empty() ? variable("HOME") / ".cache"
+                                                            : variable("XDG_CACHE_HOME");
+  for (const fs::path& path : {fs::path("/usr/share/doc/invesalius-examples/examples/Cranium.inv3"),
+                               cache / "isolux" / "Cranium.inv3"}) {
+    std::error_code error;
+    if (fs::is_regular_file(path, error)) return path.string();
+  }
+  return {};
+}
+
+}  // namespace isolux

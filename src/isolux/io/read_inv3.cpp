@@ -1,0 +1,222 @@
+#include <archive.h>
+#include <archive_entry.h>
+
+#include <cmath>
+#include <map>
+#include <optional>
+#include <pugixml.hpp>
+
+#include "isolux/base/error.h"
+#include "isolux/base/memory.h"
+#include "isolux/base/number_text.h"
+#include "isolux/io/format.h"
+
+// An InVesalius project: a tar.gz of one folder with main.plist (an Apple property list in XML) and
+// the voxels as a bare little-endian matrix, whose name, shape and type main.plist tells.
+
+namespace isolux {
+namespace {
+
+constexpr std::size_t kLargestPlist = 16 << 20;
+
+WorkError damaged(const std::string& path, const std::string& why) {
+  return {path, "damaged InVesalius project: " + why, "save it again with InVesalius"};
+}
+
+class Archive {
+ public:
+  explicit Archive(const std::string& path) : path_(path), archive_(archive_read_new()) {
+    archive_read_support_filter_gzip(archive_);
+    archive_read_support_format_tar(archive_);
+    if (archive_read_open_filename(archive_, path.c_str(), 1 << 16) != ARCHIVE_OK) {
+      const std::string why = message();
+      archive_read_free(archive_);
+      throw WorkError(path, "cannot be opened as a tar.gz archive: " + why, "is the file complete?");
+    }
+  }
+  ~Archive() { archive_read_free(archive_); }
+  Archive(const Archive&) = delete;
+  Archive& operator=(const Archive&) = delete;
+
+  /// Goes to the next entry; false at the end.
+  bool next() {
+    const int status = archive_read_next_header(archive_, &entry_);
+    if (status == ARCHIVE_EOF) return false;
+    if (status != ARCHIVE_OK && status != ARCHIVE_WARN) throw damaged(path_, message());
+    return true;
+  }
+
+  std::string name() const {
+    const char* name = archive_entry_pathname(entry_);
+    return name ? name : "";
+  }
+  double size() const { return static_cast<double>(archive_entry_size(entry_)); }
+
+  void read(char* to, std::size_t count, const ProgressListener& listener) {
+    constexpr std::size_t kPiece = 1 << 20;
+    Progress progress(listener, "reading", count);
+    for (std::size_t done = 0; done < count;) {
+      const auto got = archive_read_data(archive_, to + done, std::min(kPiece, count - done));
+      if (got <= 0) throw damaged(path_, got < 0 ? message() : "it ends too early");
+      done += static_cast<std::size_t>(got);
+      progress.advance(static_cast<std::size_t>(got));
+    }
+  }
+
+ private:
+  std::string message() const {
+    const char* text = archive_error_string(archive_);
+    return text ? text : "unknown error";
+  }
+
+  std::string path_;
+  archive* archive_;
+  archive_entry* entry_ = nullptr;
+};
+
+// The value after <key>name</key> in a <dict>.
+pugi::xml_node value_of(const pugi::xml_node& dict, const char* name) {
+  const pugi::xml_node key =
+      dict.find_child([&](const pugi::xml_node& node) {
+        return std::string(node.name()) == "key" && std::string(node.text().get()) == name;
+      });
+  return key.next_sibling();
+}
+
+struct Project {
+  std::string folder;       // of main.plist inside the archive, with its slash
+  std::string matrix_name;  // beside main.plist
+  std::array<int, 3> dims;
+  std::string dtype;
+  Vec3 spacing;
+  std::string modality;
+  long long orientation;
+};
+
+std::vector<double> numbers_of(const pugi::xml_node& array) {
+  std::vector<double> numbers;
+  for (const pugi::xml_node& item : array.children()) {
+    numbers.push_back(parse_number(item.text().get()).value_or(std::nan("")));
+  }
+  return numbers;
+}
+
+Project parse_project(const std::string& path, const std::string& entry_name,
+                      const std::string& plist) {
+  pugi::xml_document document;
+  const pugi::xml_parse_result parsed = document.load_buffer(plist.data(), plist.size());
+  if (!parsed) throw damaged(path, std::string("main.plist: ") + parsed.description());
+  const pugi::xml_node dict = document.child("plist").child("dict");
+  const pugi::xml_node matrix = value_of(dict, "matrix");
+  const std::vector<double> shape = numbers_of(value_of(matrix, "shape"));
+  const std::vector<double> spacing = numbers_of(value_of(dict, "spacing"));
+  if (shape.size() != 3 || spacing.size() != 3) {
+    throw damaged(path, "main.plist does not tell the matrix's shape and spacing");
+  }
+  Project project;
+  project.folder = entry_name.substr(0, entry_name.rfind('/') + 1);
+  project.matrix_name = value_of(matrix, "filename").text().get();
+  project.dtype = value_of(matrix, "dtype").text().get();
+  project.modality = value_of(dict, "modality").text().get();
+  project.orientation = value_of(dict, "orientation").text().as_llong(1);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double count = shape[2 - axis];  // slowest first, as numpy has it
+    if (!(count >= 1 && count <= 1 << 20) || count != std::floor(count)) {
+      throw damaged(path, "its matrix has a shape of " + to_text(count) + " along an axis");
+    }
+    project.dims[axis] = static_cast<int>(count);
+    if (!(spacing[axis] > 0) || !std::isfinite(spacing[axis])) {
+      throw damaged(path, "its spacing is not positive");
+    }
+    project.spacing[static_cast<int>(axis)] = spacing[axis];
+  }
+  return project;
+}
+
+VoxelArray empty_voxels(const std::string& path, const std::string& dtype) {
+  if (dtype == "int16") return std::vector<std::int16_t>{};
+  if (dtype == "uint16") return std::vector<std::uint16_t>{};
+  if (dtype == "uint8") return std::vector<std::uint8_t>{};
+  if (dtype == "float32") return std::vector<float>{};
+  throw damaged(path, "voxel type '" + dtype + "' is not known");
+}
+
+VoxelArray read_matrix(const std::string& path, Archive& archive, const Project& project,
+                       const ProgressListener& listener) {
+  VoxelArray voxels = empty_voxels(path, project.dtype);
+  std::visit(
+      [&](auto& array) {
+        const double bytes = static_cast<double>(project.dims[0]) * project.dims[1] *
+                             project.dims[2] * static_cast<double>(sizeof(array[0]));
+        if (archive.size() != bytes) {
+          throw damaged(path, "its matrix holds " + to_text(archive.size()) + " bytes, not the " +
+                                  to_text(bytes) + " of its shape");
+        }
+        check_memory(bytes, path);
+        array.resize(static_cast<std::size_t>(bytes) / sizeof(array[0]));
+        archive.read(reinterpret_cast<char*>(array.data()), static_cast<std::size_t>(bytes),
+                     listener);
+      },
+      voxels);
+  return voxels;
+}
+
+bool is_main_plist(const std::string& name) {
+  return name == "main.plist" || name.ends_with("/main.plist");
+}
+
+// gzip, and the name ends in .inv3 or the archive holds a main.plist.
+bool recognises(const ReadRequest& request, std::string_view first_bytes) {
+  if (!first_bytes.starts_with("\x1f\x8b")) return false;
+  if (request.name.ends_with(".inv3")) return true;
+  try {
+    Archive archive(request.name);
+    while (archive.next()) {
+      if (is_main_plist(archive.name())) return true;
+    }
+  } catch (const WorkError&) {
+  }
+  return false;
+}
+
+ReadResult read(const ReadRequest& request) {
+  const std::string& path = request.name;
+  std::optional<Project> project;
+  auto volume = std::make_shared<Volume>();
+  bool found = false;
+  // The matrix may stand before main.plist, which tells its name: then a second pass finds it.
+  for (int pass = 0; pass < 2 && !found; ++pass) {
+    Archive archive(path);
+    while (!found && archive.next()) {
+      if (!project && is_main_plist(archive.name())) {
+        if (archive.size() > kLargestPlist) throw damaged(path, "its main.plist is too large");
+        std::string plist(static_cast<std::size_t>(archive.size()), '\0');
+        archive.read(plist.data(), plist.size(), {});
+        project = parse_project(path, archive.name(), plist);
+      } else if (project && archive.name() == project->folder + project->matrix_name) {
+        volume->voxels = read_matrix(path, archive, *project, request.listener);
+        found = true;
+      }
+    }
+    if (!project) throw damaged(path, "it holds no main.plist");
+  }
+  if (!found) throw damaged(path, "it holds no '" + project->matrix_name + "'");
+  volume->dims = project->dims;
+  // The matrix is stored axial whatever the scan was: i to the patient's left, j to anterior, k up.
+  volume->world_from_index.linear =
+      diagonal({project->spacing.x, -project->spacing.y, project->spacing.z});
+  volume->modality = project->modality;
+  if (project->modality == "CT") volume->units = "HU";
+  ReadResult result{volume, path, "InVesalius project", {path}, {}};
+  if (project->orientation != 1) {
+    result.notes.push_back(project->orientation == 2 ? "the scan was coronal; its matrix is axial"
+                                                     : "the scan was sagittal; its matrix is axial");
+  }
+  return result;
+}
+
+}  // namespace
+
+Format inv3_format() { return {recognises, read}; }
+
+}  // namespace isolux

@@ -1,0 +1,81 @@
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "isolux/base/error.h"
+#include "isolux/base/memory.h"
+#include "isolux/io/format.h"
+
+namespace isolux {
+namespace {
+
+struct RawType {
+  VoxelArray empty;  // of the voxel type it is read into
+  std::size_t bytes;
+  bool big_endian;
+};
+
+const std::map<std::string, RawType>& raw_types() {
+  static const std::map<std::string, RawType> types = {
+      {"u8", {std::vector<std::uint8_t>{}, 1, false}},
+      {"i16", {std::vector<std::int16_t>{}, 2, false}},
+      {"i16be", {std::vector<std::int16_t>{}, 2, true}},
+      {"u16", {std::vector<std::uint16_t>{}, 2, false}},
+      {"u16be", {std::vector<std::uint16_t>{}, 2, true}},
+      {"f32", {std::vector<float>{}, 4, false}},
+      {"f32be", {std::vector<float>{}, 4, true}},
+  };
+  return types;
+}
+
+void swap_bytes(char* bytes, std::size_t count, std::size_t width) {
+  for (std::size_t n = 0; n < count; ++n) std::reverse(bytes + n * width, bytes + (n + 1) * width);
+}
+
+}  // namespace
+
+ReadResult read_raw(const ReadRequest& request) {
+  if (!request.grid.dims || !request.grid.type) {
+    throw UsageError(request.grid.dims ? "--dims" : "--type", "alone does not describe a raw file",
+                     "give both --dims and --type");
+  }
+  const std::array<int, 3> dims = *request.grid.dims;
+  const RawType& type = raw_types().at(*request.grid.type);
+  const double wanted = static_cast<double>(dims[0]) * dims[1] * dims[2] *
+                        static_cast<double>(type.bytes);
+  std::error_code error;
+  const double size = static_cast<double>(std::filesystem::file_size(request.name, error));
+  if (error || size != wanted) {
+    const std::string dims_text = std::to_string(dims[0]) + "x" + std::to_string(dims[1]) + "x" +
+                                  std::to_string(dims[2]);
+    char why[160];
+    std::snprintf(why, sizeof why, "holds %.0f bytes, but %s voxels of type %s take %.0f",
+                  error ? 0 : size, dims_text.c_str(), request.grid.type->c_str(), wanted);
+    throw WorkError(request.name, why, "check --dims and --type");
+  }
+  check_memory(wanted, request.name);
+
+  auto volume = std::make_shared<Volume>();
+  volume->dims = dims;
+  volume->voxels = type.empty;
+  volume->world_from_index.linear = diagonal(request.grid.spacing_mm.value_or(Vec3{1, 1, 1}));
+  std::visit(
+      [&](auto& voxels) {
+        voxels.resize(static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) *
+                      static_cast<std::size_t>(dims[2]));
+        char* bytes = reinterpret_cast<char*>(voxels.data());
+        std::ifstream file(request.name, std::ios::binary);
+        if (!file.read(bytes, static_cast<std::streamsize>(wanted))) {
+          throw WorkError(request.name, "cannot be read to its end", "check the disk");
+        }
+        if (type.big_endian) swap_bytes(bytes, voxels.size(), type.bytes);
+      },
+      volume->voxels);
+  ReadResult result{volume, request.name, "raw", {request.name}, {}};
+  if (!request.grid.spacing_mm) result.notes.push_back("no --spacing given: 1 mm along each axis");
+  return result;
+}
+
+}  // namespace isolux

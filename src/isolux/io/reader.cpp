@@ -1,0 +1,100 @@
+#include "isolux/io/reader.h"
+
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+#include "isolux/base/error.h"
+#include "isolux/io/format.h"
+
+namespace isolux {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string first_bytes_of(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) {
+    throw WorkError(path, "is a folder", "this version reads single files");
+  }
+  if (!fs::exists(path, error)) {
+    throw WorkError(path, "there is no such file", "check the name, or see `isolux --help`");
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(512, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (file.bad() || (!file && file.gcount() == 0 && !file.eof())) {
+    throw WorkError(path, "cannot be read", "check its permissions");
+  }
+  bytes.resize(static_cast<std::size_t>(file.gcount()));
+  return bytes;
+}
+
+// The grid as the file places it, with another distance between the voxels.
+void replace_spacing(Volume& volume, Vec3 spacing) {
+  const Mat3 unit = direction(volume);
+  volume.world_from_index.linear = unit * diagonal(spacing);
+}
+
+ReadResult read_file(const ReadRequest& request) {
+  const std::string first_bytes = first_bytes_of(request.name);
+  for (const Format& format : {nrrd_format(), inv3_format()}) {
+    if (!format.recognises(request, first_bytes)) continue;
+    ReadResult result = format.read(request);
+    if (request.grid.spacing_mm) {
+      auto placed = std::make_shared<Volume>(*result.volume);
+      replace_spacing(*placed, *request.grid.spacing_mm);
+      result.volume = placed;
+      result.notes.push_back("the file's own spacing was replaced by --spacing");
+    }
+    return result;
+  }
+  if (request.grid.dims || request.grid.type) return read_raw(request);
+  throw WorkError(request.name, "is of no format that this version reads (NRRD, InVesalius project)",
+                  "a headerless raw file needs --dims and --type");
+}
+
+ReadResult read_example_head(const ReadRequest& request) {
+  const std::string path = find_example_head();
+  ReadResult result;
+  if (path.empty()) {
+    result = make_phantom({.name = "phantom:head", .grid = request.grid});
+    result.notes.insert(result.notes.begin(),
+                        "the CT head of Debian's package invesalius-examples is not on this "
+                        "machine: the built-in head phantom takes its place");
+  } else {
+    result = read_file({path, request.grid, request.listener});
+    result.name = request.name;
+  }
+  return result;
+}
+
+}  // namespace
+
+ReadResult read_input(const ReadRequest& request) {
+  if (request.name == kExampleHead) return read_example_head(request);
+  if (request.name.starts_with("phantom:")) return make_phantom(request);
+  ReadResult result = read_file(request);
+  result.name = request.name;
+  return result;
+}
+
+std::vector<ReadResult> read_inputs(const SceneDescription& description,
+                                    const ProgressListener& listener) {
+  std::vector<std::string> names = description.inputs;
+  if (names.empty()) names.push_back(kExampleHead);
+  std::vector<ReadResult> results;
+  bool any_raw = false;
+  for (const std::string& name : names) {
+    results.push_back(read_input({name, description.grid, listener}));
+    any_raw = any_raw || results.back().format == "raw";
+  }
+  if (!any_raw && (description.grid.dims || description.grid.type)) {
+    throw UsageError(description.grid.dims ? "--dims" : "--type",
+                     "is for headerless raw files, and every input has its own header",
+                     "leave it out");
+  }
+  return results;
+}
+
+}  // namespace isolux

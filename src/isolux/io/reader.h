@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "isolux/base/progress.h"
+#include "isolux/scene/description.h"
+#include "isolux/volume/volume.h"
+
+namespace isolux {
+
+/// The input that stands where the user names none: the real CT head of Debian's package
+/// invesalius-examples, or the head phantom where it is not installed.
+inline constexpr const char* kExampleHead = "example:ct-head";
+
+/// One input to read: a file, a built-in volume such as "phantom:head,size=64", or kExampleHead.
+struct ReadRequest {
+  std::string name;
+  GridDescription grid;
+  ProgressListener listener = {};
+};
+
+/// A volume, and what reading it found and decided.
+struct ReadResult {
+  std::shared_ptr<const Volume> volume;
+  std::string name;                 ///< as it is to be named again; differs for a missing example
+  std::string format;               ///< "NRRD", "InVesalius project", "raw", "built-in"
+  std::vector<std::string> files;   ///< every file that was read; empty for built-in volumes
+  std::vector<std::string> notes;   ///< decisions, a sentence each
+};
+
+/// Reads an input; the format is found by content.
+/// @throws WorkError   unreadable, damaged, of a kind not read here, or too large for memory.
+/// @throws UsageError  an unknown phantom, or dims and type that contradict the file.
+ReadResult read_input(const ReadRequest& request);
+
+/// Reads all inputs of a scene in order; without any, kExampleHead.
+/// @throws as read_input; UsageError also where dims or type are given but no input is raw.
+std::vector<ReadResult> read_inputs(const SceneDescription& description,
+                                    const ProgressListener& listener);
+
+}  // namespace isolux

@@ -1,0 +1,26 @@
+#include "isolux/render/explanation.h"
+
+#include "isolux/render/ray_caster.h"
+
+namespace isolux {
+
+Explanation explain(const Scene& scene, int x, int y) {
+  Explanation e;
+  e.x = x;
+  e.y = y;
+  e.eye_ray = scene.camera->ray(x, y);
+  e.radiance = scene.background;
+  if (const auto hit = RayCaster(scene).first_hit(e.eye_ray)) {
+    e.sample = hit->sample();
+    e.turned = hit->turned;
+    light_sample(scene, e.eye_ray, e.sample, e.terms);
+    e.radiance = e.terms.total;
+  }
+  RgbLayer as_floats(1);
+  as_floats.set(0, e.radiance);
+  e.radiance = as_floats.at(0);
+  e.shown = displayed(scene.display, e.radiance);
+  return e;
+}
+
+}  // namespace isolux

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "isolux/base/rgb.h"
+#include "isolux/base/vec3.h"
+#include "isolux/image/display.h"
+#include "isolux/shade/material.h"
+
+namespace isolux {
+
+struct SurfaceDescription {
+  double iso = 0;
+  std::optional<int> input;  ///< counted from 1; nothing: the first volume
+  Material material;
+};
+
+struct LightDescription {
+  bool is_point = false;
+  Vec3 place;  ///< a point light's position, or the vector to a directional light
+  Rgb color{1, 1, 1};
+  double intensity = 1;
+  bool in_index_space = false;
+  std::optional<int> input = {};  ///< whose index space, counted from 1
+  bool on_camera = false;
+  std::optional<double> inverse_square_reference_mm = {};
+};
+
+struct CameraDescription {
+  std::optional<std::string> view;  ///< front, back, left, right, top, bottom
+  std::optional<Vec3> eye, target, up;
+  bool orthographic = false;
+  double fov_deg = 30;
+  std::optional<double> height_mm;
+};
+
+/// How a headerless raw input is to be read, and a spacing in place of the file's own.
+struct GridDescription {
+  std::optional<std::array<int, 3>> dims;
+  std::optional<std::string> type;  ///< as in the option table: "i16be"
+  std::optional<Vec3> spacing_mm;
+};
+
+/// All that a scene document says, typed and checked for sense, with nothing loaded.
+struct SceneDescription {
+  std::vector<std::string> inputs;
+  GridDescription grid;
+  int width = 0;
+  int height = 0;
+  std::vector<SurfaceDescription> surfaces;
+  std::vector<LightDescription> lights;
+  std::optional<Rgb> ambient;
+  CameraDescription camera;
+  Display display;
+  Rgb background;
+};
+
+/// @throws UsageError  where the document is not valid (see check_document), or its parts do not go
+/// together, such as a falloff on a directional light. `what` names where the document came from.
+SceneDescription describe(const nlohmann::json& document, const std::string& what);
+
+}  // namespace isolux

@@ -1,0 +1,108 @@
+#include "isolux/scene/document.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "isolux/base/error.h"
+#include "isolux/scene/option_table.h"
+#include "isolux/scene/option_value.h"
+
+namespace isolux {
+namespace {
+
+using nlohmann::json;
+
+void fill_defaults(const std::vector<Option>& options, json& values) {
+  for (const Option& option : options) {
+    if (option.type == ValueType::kRecord && values.contains(option.name)) {
+      json& given = values[option.name];
+      if (option.repeatable) {
+        for (json& item : given) fill_defaults(option.fields, item);
+      } else {
+        fill_defaults(option.fields, given);
+      }
+    } else if (!option.default_text.empty() && !values.contains(option.name)) {
+      values[option.name] = value_from_text(option, option.default_text, option.name);
+    }
+  }
+}
+
+std::string shell_quoted(const std::string& text) {
+  const auto is_plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) ||
+           std::string_view("_-.,:/=+@%").find(c) != std::string_view::npos;
+  };
+  if (!text.empty() && std::ranges::all_of(text, is_plain)) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+void check_inputs(const json& inputs, const std::string& what) {
+  const bool is_list_of_texts =
+      inputs.is_array() &&
+      std::ranges::all_of(inputs, [](const json& item) { return item.is_string(); });
+  if (!is_list_of_texts) {
+    throw UsageError(what + " input", "is not a list of texts", "write [\"head.nrrd\"]");
+  }
+}
+
+}  // namespace
+
+json empty_document() { return {{"isolux_scene", kSceneFormVersion}}; }
+
+void check_document(const json& document, const std::string& what) {
+  if (!document.is_object() || !document.contains("isolux_scene")) {
+    throw UsageError(what, "is not an isolux scene",
+                     "a scene is a JSON object with \"isolux_scene\": 1");
+  }
+  if (document["isolux_scene"] != kSceneFormVersion) {
+    throw UsageError(what, "its scene form is version " + document["isolux_scene"].dump(),
+                     "this program reads version " + std::to_string(kSceneFormVersion));
+  }
+  for (const auto& [key, value] : document.items()) {
+    if (key == "isolux_scene") continue;
+    if (key == "input") {
+      check_inputs(value, what);
+      continue;
+    }
+    const Option* option = find_option(scene_options(), key);
+    if (!option) {
+      const std::string near = nearest_name(scene_options(), key);
+      throw UsageError(what, "has no key '" + key + "'",
+                       near.empty() ? "see docs/manual.md for the keys" : "did you mean " + near + "?");
+    }
+    if (!option->repeatable) {
+      check_value(*option, value, what + " " + key);
+      continue;
+    }
+    if (!value.is_array()) throw UsageError(what + " " + key, "is not a list", "write [ ... ]");
+    for (const json& item : value) check_value(*option, item, what + " " + key);
+  }
+}
+
+json with_defaults(const json& document) {
+  json complete = document;
+  fill_defaults(scene_options(), complete);
+  return complete;
+}
+
+std::string command_of(const json& document) {
+  std::string command = "isolux render";
+  if (document.contains("input")) {
+    for (const json& input : document["input"]) {
+      command += " " + shell_quoted(input.get<std::string>());
+    }
+  }
+  for (const Option& option : scene_options()) {
+    if (!document.contains(option.name)) continue;
+    const json& value = document[option.name];
+    const json items = option.repeatable ? value : json::array({value});
+    for (const json& item : items) {
+      command += " --" + option.name + " " + shell_quoted(text_from_value(option, item));
+    }
+  }
+  return command;
+}
+
+}  // namespace isolux
