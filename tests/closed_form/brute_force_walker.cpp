@@ -29,8 +29,8 @@ Bernstein cubic_through(const std::array<Real, 4>& v) {
           (2 * v[0] - 9 * v[1] + 18 * v[2] - 5 * v[3]) / 6, v[3]};
 }
 
-/// The first s in [from, from + width] where the cubic over that range is >= 0: halve, the left half
-/// first, and drop every piece whose hull is below 0. A pair of roots can hide in no piece.
+/// The first s in [from, from + width] where the cubic over that range is >= 0: halve, the left
+/// half first, and drop every piece whose hull is below 0. A pair of roots can hide in no piece.
 std::optional<Real> first_not_negative(const Bernstein& b, Real from, Real width, int depth) {
   if (b[0] >= 0) return from;
   if (std::max({b[1], b[2], b[3]}) < 0) return std::nullopt;
@@ -269,7 +269,8 @@ FirstMeeting BruteForceWalker::first_meeting(const Ray& world_ray) const {
   for (const CellSpan& span : spans(world_ray)) {
     const Real first_value = span.cubic.front();
     if (span.t_out > 0) {
-      const auto root = first_value == 0 ? std::optional(span.t_in) : first_t(span, -side_of_beginning(span), 0);
+      const auto root =
+          first_value == 0 ? std::optional(span.t_in) : first_t(span, -side_of_beginning(span), 0);
       if (root && *root > 0) keep_least(meeting.first_root, root);
       // A root on a common face, which rounding may deny to both cells.
       if (span.t_in > 0 && span.t_in == last_t && first_value * last_value < 0) {

@@ -14,14 +14,14 @@ namespace isolux::test {
 using Real = long double;
 using Real3 = std::array<Real, 3>;
 
-/// f - iso along the part of a ray that lies in one cell: a cubic in s = (t - t_in) / (t_out - t_in),
-/// held as its four Bernstein coefficients, so the curve never leaves their hull.
+/// f - iso along the part of a ray that lies in one cell: a cubic in s = (t - t_in) / (t_out -
+/// t_in), held as its four Bernstein coefficients, so the curve never leaves their hull.
 struct CellSpan {
   std::array<int, 3> cell;
   Real t_in;
   Real t_out;
   std::array<Real, 4> cubic;
-  bool is_certain = false;  ///< rounding cannot push the ray into a cell that holds nothing
+  bool is_certain = false;     ///< rounding cannot push the ray into a cell that holds nothing
   bool is_all_at_iso = false;  ///< nor, if the cell is wholly equal to iso, into one that is not
 };
 
@@ -36,9 +36,9 @@ struct FirstMeeting {
   /// The smallest t > 0 with f == iso, in Real arithmetic. (A ray that starts on the surface may
   /// have a second root in its first cell; that one is not looked for.)
   double first_root = kNever;
-  double must_hit_by = kNever;   ///< where f has been clearly above and clearly below iso
-  double position_doubt = 0;     ///< bound on the rounding of a position by doubles, voxels
-  double value_doubt = 0;        ///< and of a value there
+  double must_hit_by = kNever;  ///< where f has been clearly above and clearly below iso
+  double position_doubt = 0;    ///< bound on the rounding of a position by doubles, voxels
+  double value_doubt = 0;       ///< and of a value there
 };
 
 /// The normal of the contract, and where it came from.
@@ -57,8 +57,8 @@ struct WalkedNormal {
 /// face belongs to the volume, but only on an unturned grid does rounding keep a ray in it.
 enum class OuterFace { kEitherWay, kBelongs };
 
-/// An oracle for IsoSurface, written from the contract alone and with none of its means: it looks at
-/// every cell, samples each cubic instead of expanding it, and finds roots by halving. Slow; for
+/// An oracle for IsoSurface, written from the contract alone and with none of its means: it looks
+/// at every cell, samples each cubic instead of expanding it, and finds roots by halving. Slow; for
 /// small volumes of finite or NaN values.
 class BruteForceWalker {
  public:
@@ -66,7 +66,8 @@ class BruteForceWalker {
   BruteForceWalker(const Volume& volume, double iso, OuterFace outer_face = OuterFace::kEitherWay);
 
   FirstMeeting first_meeting(const Ray& world_ray) const;
-  /// The parts of the ray with t >= 0 in cells without NaN, by t_in. They leave no gap between them.
+  /// The parts of the ray with t >= 0 in cells without NaN, by t_in. They leave no gap between
+  /// them.
   std::vector<CellSpan> spans(const Ray& world_ray) const;
   /// The trilinear interpolant at `local` in [0, 1]^3 of a cell; NaN where the cell holds nothing.
   double value(const std::array<int, 3>& cell, Vec3 local) const;

@@ -165,10 +165,10 @@ Ray lattice_ray(Dice& dice, const Volume& volume) {
   const int axis = dice.whole(0, 2);
   for (int a = 0; a < 3; ++a) {
     const bool on_lattice = kind == 2 || (kind == 0) == (a == axis);
-    // Quarters of 1/1024, so that an exact affine keeps every digit.
+    // Multiples of 1/1024, so that an exact affine keeps every digit.
     through[a] = on_lattice ? dice.whole(0, volume.dims[a] - 1)
                             : std::floor(dice.between(0, box[a]) * 1024) / 1024;
-    direction[a] = kind == 2   ? dice.whole(-2, 2)
+    direction[a] = kind == 2    ? dice.whole(-2, 2)
                    : on_lattice ? 0
                                 : std::floor(dice.between(-1, 1) * 1024) / 1024;
   }
@@ -182,8 +182,8 @@ Ray lattice_ray(Dice& dice, const Volume& volume) {
 
 struct Tally {
   int rays = 0;
-  int must_hit = 0;      ///< rays that must meet the surface
-  int must_miss = 0;     ///< rays that cannot
+  int must_hit = 0;   ///< rays that must meet the surface
+  int must_miss = 0;  ///< rays that cannot
   int times_compared = 0;
   int normals_compared = 0;
   int faults = 0;
@@ -296,16 +296,14 @@ void judge(const IsoSurface& surface, const BruteForceWalker& walker, const Ray&
     const Volume& v = surface.volume();
     const Affine& a = v.world_from_index;
     out << fault << "\n  dims " << v.dims[0] << " " << v.dims[1] << " " << v.dims[2] << " "
-        << voxel_type_name(v) << " iso " << surface.iso() << " columns "
-        << text(a.linear.column[0]) << text(a.linear.column[1]) << text(a.linear.column[2])
-        << " offset " << text(a.offset);
+        << voxel_type_name(v) << " iso " << surface.iso() << " columns " << text(a.linear.column[0])
+        << text(a.linear.column[1]) << text(a.linear.column[2]) << " offset " << text(a.offset);
     tally.first_fault = out.str();
   }
 }
 
 void expect_no_fault(const Tally& tally) {
-  EXPECT_EQ(tally.faults, 0) << "of " << tally.rays << " rays; the first:\n  "
-                             << tally.first_fault;
+  EXPECT_EQ(tally.faults, 0) << "of " << tally.rays << " rays; the first:\n  " << tally.first_fault;
 }
 
 // ---- Against the oracle ----------------------------------------------------------------------
@@ -323,8 +321,7 @@ TYPED_TEST(EveryVoxelType, is_hit_where_a_search_of_every_cell_finds_the_first_r
   Dice dice(100 + kSeedOf<TypeParam>);
   Tally tally;
   for (int scene = 0; scene < 60; ++scene) {
-    const auto volume =
-        random_volume<TypeParam>(dice, random_dims(dice), random_affine(dice));
+    const auto volume = random_volume<TypeParam>(dice, random_dims(dice), random_affine(dice));
     const double iso = random_iso(dice, volume);
     const IsoSurface surface = surface_of(volume, iso);
     const BruteForceWalker walker(volume, iso);
@@ -363,9 +360,12 @@ TEST(iso_hit, long_thin_volumes_of_many_bricks_are_searched_to_their_ends) {
   Tally tally;
   for (const Dims& dims : {Dims{40, 3, 17}, Dims{2, 33, 9}, Dims{17, 2, 2}, Dims{9, 18, 10}}) {
     for (int scene = 0; scene < 6; ++scene) {
-      // Mostly empty, so that whole bricks are skipped; a surface in one corner of each.
-      const Volume volume = filled<std::int16_t>(
-          dims, random_affine(dice), [&](int, int, int) { return dice.chance(0.03) ? 1000 : 0; });
+      // Mostly empty, so that whole bricks are skipped, and often a brick's only surface is about a
+      // voxel that it shares with the next.
+      const double density = dice.chance(0.5) ? 0.002 : 0.04;
+      const Volume volume = filled<std::int16_t>(dims, random_affine(dice), [&](int, int, int) {
+        return dice.chance(density) ? 1000 : 0;
+      });
       const double iso = dice.between(1, 999);
       const IsoSurface surface = surface_of(volume, iso);
       const BruteForceWalker walker(volume, iso);
@@ -376,6 +376,35 @@ TEST(iso_hit, long_thin_volumes_of_many_bricks_are_searched_to_their_ends) {
   expect_no_fault(tally);
   EXPECT_GT(tally.must_hit, tally.rays / 20);
   EXPECT_GT(tally.must_miss, tally.rays / 20);
+}
+
+TEST(iso_hit, a_surface_through_voxel_centres_has_no_crack_there) {
+  // f rises by 1000 a voxel along every axis, give or take 200, so every ray that leans forward
+  // along all three rises too, and crosses the value of the voxel that it is aimed at just there:
+  // at a corner of eight cells, where rounding may put it into any of them.
+  Dice dice(17);
+  Tally tally;
+  for (int scene = 0; scene < 60; ++scene) {
+    const auto volume = std::make_shared<const Volume>(filled<std::int16_t>(
+        {10, 11, 10}, scene % 3 == 0 ? exact_affine(dice) : random_affine(dice),
+        [&](int i, int j, int k) { return 1000 * (i + j + k) + dice.whole(-100, 100); }));
+    const auto bricks = std::make_shared<const BrickGrid>(*volume);
+    for (int n = 0; n < 500; ++n) {
+      const Dims voxel{dice.whole(1, 8), dice.whole(1, 9), dice.whole(1, 8)};
+      const Vec3 target{1.0 * voxel[0], 1.0 * voxel[1], 1.0 * voxel[2]};
+      const double iso = visit_voxels(
+          *volume, [&](const auto& view) { return view.value(voxel[0], voxel[1], voxel[2]); });
+      Vec3 direction = dice.in_box({0, 0, 0}, {1, 1, 1});
+      if (n % 3 == 0) direction = {1, 1, n % 2 ? 1.0 : 0.0};
+      const double back = dice.between(1, 20);
+      const Ray ray = world_ray(volume->world_from_index, target - back * direction, direction);
+      const IsoSurface surface(volume, bricks, iso);
+      ASSERT_TRUE(surface.first_hit(ray)) << text(ray.origin) << text(ray.direction);
+      if (n < 30) judge(surface, BruteForceWalker(*volume, iso), ray, tally);
+    }
+  }
+  expect_no_fault(tally);
+  EXPECT_EQ(tally.must_hit, tally.rays);
 }
 
 TEST(iso_hit, an_origin_a_hundred_metres_away_costs_only_the_digits_of_its_own_size) {
@@ -466,8 +495,8 @@ TEST(iso_hit, no_hit_lies_beyond_t_max_and_none_before_it_is_lost) {
 
 // ---- Cells wholly equal to the iso value -----------------------------------------------------
 
-/// Voxels 3..6 along each axis are equal to 100, so cells 3..5 are; all others are greater (or, with
-/// `sign` -1, less): f touches 100 nowhere but in the block.
+/// Voxels 3..6 along each axis are equal to 100, so cells 3..5 are; all others are greater (or,
+/// with `sign` -1, less): f touches 100 nowhere but in the block.
 Volume block_at_iso(Dice& dice, int sign, const Affine& world_from_index) {
   return filled<std::int16_t>({10, 10, 10}, world_from_index, [&](int i, int j, int k) {
     const auto within = [](int n) { return n >= 3 && n <= 6; };
@@ -496,9 +525,8 @@ TEST(iso_hit, a_block_wholly_equal_to_iso_is_met_where_the_ray_enters_it) {
       const Vec3 to = volume.world_from_index.point(on_face);
       const auto hit = surface.first_hit({from, normalize(to - from)});
       ASSERT_TRUE(hit) << "onto " << text(on_face) << " from " << text(on_face - step);
-      // f leaves 100 linearly or slower before the block: by as little as 1 a voxel, or as the
-      // product of three distances near a corner of it, so roundings of f of 1e-13 move t by less
-      // than 1e-7 of the way.
+      // Before the face f differs from 100 by 1 or more a voxel, linearly, so rounding f by 1e-13
+      // moves the hit by 1e-13 voxel.
       EXPECT_NEAR(hit->t, length(to - from), 1e-9 * size_scale_mm(volume, {from, {}}));
     }
   }
@@ -644,9 +672,8 @@ TEST(iso_hit, a_crest_at_iso_on_any_grid_has_a_unit_normal_or_counts_as_missed) 
   Dice dice(13);
   Tally tally;
   for (int scene = 0; scene < 20; ++scene) {
-    const Volume sheet = filled<std::uint8_t>({9, 6, 6}, random_affine(dice), [](int i, int, int) {
-      return i == 4 ? 1 : 0;
-    });
+    const Volume sheet = filled<std::uint8_t>({9, 6, 6}, random_affine(dice),
+                                              [](int i, int, int) { return i == 4 ? 1 : 0; });
     const IsoSurface surface = surface_of(sheet, 1);
     const BruteForceWalker walker(sheet, 1);
     for (int n = 0; n < 100; ++n) {
@@ -718,9 +745,10 @@ TEST(iso_hit, a_linear_field_is_a_plane_to_nine_digits_on_any_grid) {
 TEST(iso_hit, the_sphere_phantom_is_a_sphere_within_the_error_of_trilinear_interpolation) {
   // f = 1 - r / 32 has second derivatives in [-1 / (32 r), 0] along every axis. Interpolating along
   // one axis after the other, each step at h = 1 mm errs by at most h^2 / 8 of that and always
-  // downwards (f is concave): 0 <= f - If <= 3 / (8 * 32 r_in), with r_in the least r in a cell that
-  // the surface passes. f falls by 1/32 a mm, so the surface lies up to 3 / (8 r_in) mm within the
-  // sphere of 16 mm; a cell reaches sqrt(3) mm further in. float32 adds half an ulp of 1/2, 2^-25.
+  // downwards (f is concave): 0 <= f - If <= 3 / (8 * 32 r_in), with r_in the least r in a cell
+  // that the surface passes. f falls by 1/32 a mm, so the surface lies up to 3 / (8 r_in) mm within
+  // the sphere of 16 mm; a cell reaches sqrt(3) mm further in. float32 adds half an ulp of 1/2,
+  // 2^-25.
   const double sphere_mm = 16;
   const double r_in = sphere_mm - 0.03 - std::sqrt(3.0);
   const double sag_mm = 3 / (8 * r_in);

@@ -54,10 +54,14 @@ SinCos sin_cos(double x) {
   }
   s *= y;
   switch (static_cast<long long>(n) & 3) {
-    case 0: return {s, c};
-    case 1: return {c, -s};
-    case 2: return {-s, -c};
-    default: return {-c, s};
+    case 0:
+      return {s, c};
+    case 1:
+      return {c, -s};
+    case 2:
+      return {-s, -c};
+    default:
+      return {-c, s};
   }
 }
 
@@ -66,7 +70,7 @@ SinCos sin_cos(double x) {
 double pow(double x, double y) {
   if (y == 0) return 1;
   if (x <= 0) return 0;
-  if (x == 1) return 1;
+  if (x == 1 || std::isinf(x)) return x;
   return exp2_any(y * log2_positive(x));
 }
 

@@ -7,7 +7,7 @@
 
 namespace isolux::exact {
 
-/// x to the power y, for x >= 0. pow(0, 0) = 1, pow(0, y) = 0 for y > 0.
+/// x to the power y, for x, y >= 0. pow(x, 0) = 1, pow(0, y) = 0 and pow(inf, y) = inf for y > 0.
 double pow(double x, double y);
 /// e to the power x. 0 below about -745, infinite above about 709.
 double exp(double x);

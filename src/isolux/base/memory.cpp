@@ -10,8 +10,8 @@ namespace isolux {
 
 void check_memory(double bytes, const std::string& what) {
   constexpr double kShare = 0.8;
-  const double machine = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
-                         static_cast<double>(::sysconf(_SC_PAGESIZE));
+  const double machine =
+      static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
   if (bytes > kShare * machine) {
     throw WorkError(what, "needs " + bytes_text(bytes) + " of memory",
                     "this machine has " + bytes_text(machine));

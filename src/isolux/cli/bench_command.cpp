@@ -29,18 +29,19 @@ struct Timing {
 double milliseconds(const std::function<void()>& work) {
   const auto begin = std::chrono::steady_clock::now();
   work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
 }
 
 }  // namespace
 
 int run_bench(const Command& command, const Arguments& arguments) {
   const Option& frames_option = *find_option(command.options, "frames");
-  const int frames = value_from_text(frames_option,
-                                     arguments.has("frames") ? arguments.at("frames")
-                                                             : frames_option.default_text,
-                                     "--frames")
-                         .get<int>();
+  const int frames =
+      value_from_text(frames_option,
+                      arguments.has("frames") ? arguments.at("frames") : frames_option.default_text,
+                      "--frames")
+          .get<int>();
   const LoadedScene loaded = load_scene(arguments);
   const Scene& scene = loaded.scene;
   Timing bricks{"min-max bricks", {}}, tracing{"visibility", {}}, lighting{"lighting", {}},

@@ -10,14 +10,20 @@ namespace {
 
 using enum ValueType;
 
-const Option kThreads{.name = "threads", .type = kWhole,
-                      .sentence = "how many threads to use (default: all cores)", .low = 1,
+const Option kThreads{.name = "threads",
+                      .type = kWhole,
+                      .sentence = "how many threads to use (default: all cores)",
+                      .low = 1,
                       .high = 1024};
-const Option kIsa{.name = "isa", .type = kText, .sentence = "hold the program to an instruction set",
+const Option kIsa{.name = "isa",
+                  .type = kText,
+                  .sentence = "hold the program to an instruction set",
                   .not_yet = "this version has one code path for every x86-64 processor"};
-const Option kProgress{.name = "progress", .type = kFlag,
+const Option kProgress{.name = "progress",
+                       .type = kFlag,
                        .sentence = "show progress even where standard error is no terminal"};
-const Option kScene{.name = "scene", .type = kText,
+const Option kScene{.name = "scene",
+                    .type = kText,
                     .sentence = "a scene file; options on the command line go before it"};
 const Option kJson{.name = "json", .type = kFlag, .sentence = "print one JSON object"};
 
@@ -25,14 +31,21 @@ Option scene_option(const char* name) { return *find_option(scene_options(), nam
 
 std::vector<Command> make_commands() {
   return {
-      {"render", "[INPUT...]", "draw a picture",
-       {{.name = "output", .type = kText, .sentence = "the picture, OUT.png or OUT.exr (short: -o)"},
+      {"render",
+       "[INPUT...]",
+       "draw a picture",
+       {{.name = "output",
+         .type = kText,
+         .sentence = "the picture, OUT.png or OUT.exr (short: -o)"},
         kScene,
         {.name = "save-scene", .type = kText, .sentence = "write the scene to a file"},
-        {.name = "again", .type = kText,
+        {.name = "again",
+         .type = kText,
          .sentence = "make a PNG or EXR of isolux again from what it carries; INPUTs say where the "
                      "inputs lie now"},
-        kThreads, kIsa, kProgress},
+        kThreads,
+        kIsa,
+        kProgress},
        true,
        {{"isolux render -o head.png", "the example CT head, lit from the eye"},
         {"isolux render phantom:head --surface iso=-300,kd=1:0.79:0.6 "
@@ -43,23 +56,41 @@ std::vector<Command> make_commands() {
         {"isolux render phantom:head --camera view=left,projection=orthographic -o left.exr",
          "all layers, linear, for measuring"}},
        run_render},
-      {"explain", "[INPUT...]", "say why a pixel has its colour, with every number",
-       {{.name = "pixel", .type = kText,
+      {"explain",
+       "[INPUT...]",
+       "say why a pixel has its colour, with every number",
+       {{.name = "pixel",
+         .type = kText,
          .sentence = "the pixel as X,Y, counted from 0 at the top left"},
-        kJson, kScene, kThreads, kIsa, kProgress},
+        kJson,
+        kScene,
+        kThreads,
+        kIsa,
+        kProgress},
        true,
        {{"isolux explain phantom:sphere --pixel 500,400", "the lecture's sums for one pixel"},
         {"isolux explain phantom:sphere --pixel 500,400 --json", "the same for a program"}},
        run_explain},
-      {"info", "[INPUT]", "say what a file holds and how it was understood",
+      {"info",
+       "[INPUT]",
+       "say what a file holds and how it was understood",
        {kJson, scene_option("dims"), scene_option("type"), scene_option("spacing"), kProgress},
        false,
        {{"isolux info phantom:head", "size, place in space, values, iso values worth trying"}},
        run_info},
-      {"bench", "[INPUT...]", "time the parts of a frame",
-       {{.name = "frames", .type = kWhole, .sentence = "how many frames to time",
-         .default_text = "5", .low = 1, .high = 10000},
-        kJson, kScene, kThreads, kIsa},
+      {"bench",
+       "[INPUT...]",
+       "time the parts of a frame",
+       {{.name = "frames",
+         .type = kWhole,
+         .sentence = "how many frames to time",
+         .default_text = "5",
+         .low = 1,
+         .high = 10000},
+        kJson,
+        kScene,
+        kThreads,
+        kIsa},
        true,
        {{"isolux bench phantom:head --size 256x256 --frames 3", "medians over three frames"}},
        run_bench},
@@ -109,9 +140,9 @@ Arguments parse(const Command& command, const std::vector<std::string>& argument
     const std::string name = extra.substr(0, extra.find('='));
     const std::string near =
         name.starts_with("--") ? nearest_name(options, name.substr(2)) : std::string();
-    throw UsageError(extra, "`isolux " + command.name + "` does not take it",
-                     near.empty() ? "see `isolux " + command.name + " --help`"
-                                  : "did you mean --" + near + "?");
+    throw UsageError(
+        extra, "`isolux " + command.name + "` does not take it",
+        near.empty() ? "see `isolux " + command.name + " --help`" : "did you mean --" + near + "?");
   }
   for (const Option& option : options) {
     if (option.type == kFlag && flags[option.name]) parsed.values[option.name] = {"true"};

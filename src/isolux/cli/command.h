@@ -26,7 +26,7 @@ struct Example {
 /// One command of the program. The list of them feeds parsing, --help and the manual page.
 struct Command {
   std::string name;
-  std::string inputs;    ///< how inputs are shown: "[INPUT...]", "[INPUT]" or nothing
+  std::string inputs;  ///< how inputs are shown: "[INPUT...]", "[INPUT]" or nothing
   std::string sentence;
   std::vector<Option> options;  ///< beside the scene's
   bool takes_scene = false;     ///< whether all scene options go with it

@@ -22,9 +22,11 @@ Pixel parse_pixel(const Arguments& arguments) {
   const std::string& text = arguments.at("pixel");
   const std::size_t comma = text.find(',');
   const auto x = parse_whole_number(text.substr(0, comma));
-  const auto y = comma == std::string::npos ? std::nullopt : parse_whole_number(text.substr(comma + 1));
+  const auto y =
+      comma == std::string::npos ? std::nullopt : parse_whole_number(text.substr(comma + 1));
   if (!x || !y || *x < 0 || *y < 0 || *x > 1 << 20 || *y > 1 << 20) {
-    throw UsageError("--pixel", "'" + text + "' is no pixel", "give X,Y, counted from 0 at the top left");
+    throw UsageError("--pixel", "'" + text + "' is no pixel",
+                     "give X,Y, counted from 0 at the top left");
   }
   return {static_cast<int>(*x), static_cast<int>(*y)};
 }
@@ -48,8 +50,8 @@ int run_explain(const Command&, const Arguments& arguments) {
   std::string surface_name;
   if (explanation.sample.is_hit()) {
     const auto& item = scene.surfaces[static_cast<std::size_t>(explanation.sample.surface)];
-    surface_name = "the isosurface of " + loaded.description.inputs[item.input] + " at " +
-                   to_text(item.iso);
+    surface_name =
+        "the isosurface of " + loaded.description.inputs[item.input] + " at " + to_text(item.iso);
   }
   std::cout << explain_text(scene, explanation, surface_name);
   return 0;

@@ -11,10 +11,14 @@ json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
 json numbers(Rgb c) { return {c.r, c.g, c.b}; }
 
 json light_json(const LightTerms& t) {
-  return {{"to_light", numbers(t.to_light)}, {"reflected", numbers(t.reflected)},
-          {"distance", t.distance},          {"cos_theta", t.cos_theta},
-          {"cos_phi", t.cos_phi},            {"falloff", t.falloff},
-          {"visibility", 1.0},               {"diffuse", numbers(t.diffuse)},
+  return {{"to_light", numbers(t.to_light)},
+          {"reflected", numbers(t.reflected)},
+          {"distance", t.distance},
+          {"cos_theta", t.cos_theta},
+          {"cos_phi", t.cos_phi},
+          {"falloff", t.falloff},
+          {"visibility", 1.0},
+          {"diffuse", numbers(t.diffuse)},
           {"specular", numbers(t.specular)}};
 }
 

@@ -30,7 +30,8 @@ std::string each_axis(const Component& component) {
 
 std::string dot_text(Vec3 a, Vec3 b) {
   std::string text;
-  for (int axis = 0; axis < 3; ++axis) text += (axis ? " + " : "") + arg(a[axis]) + " * " + arg(b[axis]);
+  for (int axis = 0; axis < 3; ++axis)
+    text += (axis ? " + " : "") + arg(a[axis]) + " * " + arg(b[axis]);
   return text;
 }
 
@@ -76,7 +77,8 @@ class Writer {
     line("  p = o + t d = " + each_axis([&](int a) {
            return num(ray.origin[a]) + " + " + num(e_.sample.depth_mm) + " * " +
                   arg(ray.direction[a]);
-         }) + " = " + tuple(point.position));
+         }) +
+         " = " + tuple(point.position));
     line("  n = " + tuple(point.normal) + "   the unit normal" +
          (e_.turned ? ", turned round to face the eye" : ", which faces the eye as it is"));
     line("  e = -d = " + tuple(point.to_eye) + "   the unit vector back to the eye");
@@ -88,8 +90,8 @@ class Writer {
          (scene_.has_default_ambient ? "   the sum of the lights' intensities, since none is given"
                                      : "   as given"));
     for (int c = 0; c < 3; ++c) {
-      line(std::string("  ambient ") + kChannels[c] + " = ka Ia = " + num(material().ka[c]) + " * " +
-           num(scene_.ambient[c]) + " = " + num(e_.terms.ambient[c]));
+      line(std::string("  ambient ") + kChannels[c] + " = ka Ia = " + num(material().ka[c]) +
+           " * " + num(scene_.ambient[c]) + " = " + num(e_.terms.ambient[c]));
     }
   }
 
@@ -104,9 +106,9 @@ class Writer {
             (scene_.has_default_light ? " (the headlight, since no light is given)" : ""));
     const char* offset = is_point ? "P - p" : "D";
     if (is_point) {
-      line("  P - p = " + each_axis([&](int a) {
-             return num(light.place[a]) + " - " + arg(point.position[a]);
-           }) + " = " + tuple(t.offset));
+      line("  P - p = " +
+           each_axis([&](int a) { return num(light.place[a]) + " - " + arg(point.position[a]); }) +
+           " = " + tuple(t.offset));
     }
     line(std::string("  |") + offset + "| = sqrt(" + arg(t.offset.x) + "^2 + " + arg(t.offset.y) +
          "^2 + " + arg(t.offset.z) + "^2) = " + num(t.distance));
@@ -122,7 +124,8 @@ class Writer {
     line("  r = 2 (n · l) n - l = " + each_axis([&](int a) {
            return "2 * " + arg(t.cos_theta) + " * " + arg(point.normal[a]) + " - " +
                   arg(t.to_light[a]);
-         }) + " = " + tuple(t.reflected));
+         }) +
+         " = " + tuple(t.reflected));
     line("  cos φ = r · e = " + dot_text(t.reflected, point.to_eye) + " = " + num(t.cos_phi));
     line("  φ = acos(" + num(t.cos_phi) + ") = " + num(degrees(t.cos_phi)) + "°");
     if (light.inverse_square_reference_mm) {

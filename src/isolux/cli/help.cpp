@@ -8,13 +8,15 @@ namespace isolux {
 namespace {
 
 constexpr const char* kForms =
-    "Lists are key=value joined by commas; vectors and colours are three numbers joined by colons,\n"
+    "Lists are key=value joined by commas; vectors and colours are three numbers joined by "
+    "colons,\n"
     "such as at=0:0:57. Colours are linear. Lengths are in mm in world space (LPS: +x to the\n"
     "patient's left, +y to posterior, +z to superior). Angles are in degrees.\n";
 
 constexpr const char* kInputs =
     "An INPUT is a file (NRRD or NHDR, an InVesalius project, headerless raw with --dims and\n"
-    "--type) or a built-in volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each also\n"
+    "--type) or a built-in volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each "
+    "also\n"
     "with ,size=N. Without INPUT: a real CT head.\n";
 
 std::string sentence_of(const Option& option) {
@@ -30,7 +32,8 @@ std::string sentence_of(const Option& option) {
 }
 
 std::string value_name(const Option& option) {
-  if (option.type == ValueType::kRecord) return option.kind_first ? "KIND,key=value,..." : "key=value,...";
+  if (option.type == ValueType::kRecord)
+    return option.kind_first ? "KIND,key=value,..." : "key=value,...";
   if (option.name == "output") return "OUT.{png,exr}";
   if (option.name == "pixel") return "X,Y";
   return option.type == ValueType::kText ? "FILE" : value_pattern(option);
@@ -124,11 +127,13 @@ std::string manual() {
       "# isolux: the manual page\n\n"
       "Written by `isolux manual`, from the table of options that the program itself reads.\n\n" +
       std::string(kInputs) + "\n" + kForms +
-      "\nExit status: 0 done; 1 the work could not be done (unreadable or damaged input, no memory,\n"
+      "\nExit status: 0 done; 1 the work could not be done (unreadable or damaged input, no "
+      "memory,\n"
       "cannot write); 2 the command was wrong. On 1 and 2 the last line on standard error is\n"
       "`isolux: error: WHAT: WHY; HINT`.\n";
   for (const Command& command : commands()) {
-    text += "\n## " + command.name + "\n\n`" + usage_line(command) + "`: " + command.sentence + ".\n";
+    text +=
+        "\n## " + command.name + "\n\n`" + usage_line(command) + "`: " + command.sentence + ".\n";
     if (!command.options.empty()) {
       text += "\n";
       append_table(text, command.options);

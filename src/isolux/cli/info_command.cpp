@@ -16,9 +16,7 @@ using nlohmann::json;
 
 json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
 
-std::string text_of(Vec3 v) {
-  return to_text9(v.x) + ", " + to_text9(v.y) + ", " + to_text9(v.z);
-}
+std::string text_of(Vec3 v) { return to_text9(v.x) + ", " + to_text9(v.y) + ", " + to_text9(v.z); }
 
 json as_json(const ReadResult& input, const ValueStatistics& values,
              const std::vector<SuggestedIso>& suggested) {
@@ -70,7 +68,8 @@ void print_text(const ReadResult& input, const ValueStatistics& values,
             << "  j runs to  " << text_of(unit.column[1]) << "\n"
             << "  k runs to  " << text_of(unit.column[2]) << "\n"
             << "  values     " << to_text9(values.min) << " to " << to_text9(values.max) << units;
-  if (values.not_finite > 0) std::cout << ", and " << values.not_finite << " voxels that are no number";
+  if (values.not_finite > 0)
+    std::cout << ", and " << values.not_finite << " voxels that are no number";
   std::cout << "\n  suggested ";
   for (const SuggestedIso& iso : suggested) {
     std::cout << " iso=" << to_text9(iso.value) << " (" << iso.name << ")";

@@ -14,9 +14,11 @@ using nlohmann::json;
 
 json read_scene_file(const std::string& path) {
   std::ifstream file(path);
-  if (!file) throw WorkError(path, "there is no such scene file, or it cannot be read", "check the name");
+  if (!file)
+    throw WorkError(path, "there is no such scene file, or it cannot be read", "check the name");
   json document = json::parse(file, nullptr, /*allow_exceptions=*/false);
-  if (document.is_discarded()) throw UsageError(path, "is not valid JSON", "check its commas and braces");
+  if (document.is_discarded())
+    throw UsageError(path, "is not valid JSON", "check its commas and braces");
   check_document(document, path);
   return document;
 }
@@ -30,7 +32,8 @@ std::vector<std::shared_ptr<const Volume>> volumes_of(const std::vector<ReadResu
 }  // namespace
 
 json document_from(const Arguments& arguments) {
-  json document = arguments.has("scene") ? read_scene_file(arguments.at("scene")) : empty_document();
+  json document =
+      arguments.has("scene") ? read_scene_file(arguments.at("scene")) : empty_document();
   if (!arguments.inputs.empty()) document["input"] = arguments.inputs;
   for (const Option& option : scene_options()) {
     if (!arguments.has(option.name)) continue;

@@ -62,9 +62,8 @@ std::vector<InputChecksums> all_checksums(const std::vector<ReadResult>& inputs,
 // again.
 void render_to(const LoadedScene& loaded, const std::string& output, const Arguments& arguments,
                const std::vector<InputChecksums>* expected) {
-  auto checksums = std::async(std::launch::async, [&] {
-    return all_checksums(loaded.inputs, loaded.description.inputs);
-  });
+  auto checksums = std::async(
+      std::launch::async, [&] { return all_checksums(loaded.inputs, loaded.description.inputs); });
   const Scene& scene = loaded.scene;
   const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera, progress_bar(arguments));
   const Radiance radiance = light(scene, buffer);

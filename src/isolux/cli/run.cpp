@@ -33,8 +33,7 @@ const Command& command_named(const std::string& name) {
 }
 
 bool asks_for_help(const std::vector<std::string>& arguments) {
-  return std::ranges::any_of(arguments,
-                             [](const auto& a) { return a == "--help" || a == "-h"; });
+  return std::ranges::any_of(arguments, [](const auto& a) { return a == "--help" || a == "-h"; });
 }
 
 int run_unguarded(const std::vector<std::string>& arguments) {
@@ -80,8 +79,9 @@ int run(const std::vector<std::string>& arguments) {
     return report(WorkError("memory", "there is not enough", "try a smaller picture or volume"),
                   kWorkFailed);
   } catch (const std::exception& error) {
-    return report(WorkError("isolux", error.what(), "this is a fault of the program; please report it"),
-                  kWorkFailed);
+    return report(
+        WorkError("isolux", error.what(), "this is a fault of the program; please report it"),
+        kWorkFailed);
   }
 }
 

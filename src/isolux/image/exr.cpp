@@ -56,9 +56,10 @@ class MemoryInput : public Imf::IStream {
 Imf::FrameBuffer frame_buffer(Layers& layers) {
   Imf::FrameBuffer buffer;
   for (Layers::Channel& channel : layers.channels) {
-    buffer.insert(channel.name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(channel.values.data()),
-                                           sizeof(float),
-                                           sizeof(float) * static_cast<std::size_t>(layers.width)));
+    buffer.insert(
+        channel.name,
+        Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(channel.values.data()), sizeof(float),
+                   sizeof(float) * static_cast<std::size_t>(layers.width)));
   }
   return buffer;
 }
@@ -91,8 +92,8 @@ DecodedExr decode_exr(std::string_view bytes, const std::string& name) {
     DecodedExr decoded;
     decoded.layers.width = window.max.x - window.min.x + 1;
     decoded.layers.height = window.max.y - window.min.y + 1;
-    const std::size_t pixels =
-        static_cast<std::size_t>(decoded.layers.width) * static_cast<std::size_t>(decoded.layers.height);
+    const std::size_t pixels = static_cast<std::size_t>(decoded.layers.width) *
+                               static_cast<std::size_t>(decoded.layers.height);
     for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
       decoded.layers.channels.push_back({c.name(), std::vector<float>(pixels)});
     }

@@ -34,16 +34,16 @@ void drop_message(png_structp, png_const_charp) {}
 // made between setjmp and longjmp, so everything is made before.
 struct Reading {
   std::string message;
-  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &message, keep_message,
-                                           drop_message);
+  png_structp png =
+      png_create_read_struct(PNG_LIBPNG_VER_STRING, &message, keep_message, drop_message);
   png_infop info = png_create_info_struct(png);
   ~Reading() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
 struct Writing {
   std::string message;
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &message, keep_message,
-                                            drop_message);
+  png_structp png =
+      png_create_write_struct(PNG_LIBPNG_VER_STRING, &message, keep_message, drop_message);
   png_infop info = png_create_info_struct(png);
   ~Writing() { png_destroy_write_struct(&png, &info); }
 };
@@ -69,8 +69,8 @@ std::string encode_png(const Picture& picture, const Metadata& metadata, bool is
   png_set_write_fn(writing.png, &bytes, append, nullptr);
   png_set_user_limits(writing.png, 0x7fffffff, 0x7fffffff);
   png_set_IHDR(writing.png, writing.info, static_cast<png_uint_32>(picture.width),
-               static_cast<png_uint_32>(picture.height), 8, PNG_COLOR_TYPE_RGB,
-               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+               static_cast<png_uint_32>(picture.height), 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   if (is_srgb) png_set_sRGB(writing.png, writing.info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_set_text(writing.png, writing.info, texts.data(), static_cast<int>(texts.size()));
   png_write_info(writing.png, writing.info);

@@ -8,8 +8,8 @@
 
 namespace isolux {
 
-/// The bytes of a PNG file: 8-bit RGB, no alpha, the metadata as iTXt chunks in order of their keys.
-/// `is_srgb` adds the sRGB chunk. The same bytes for the same arguments.
+/// The bytes of a PNG file: 8-bit RGB, no alpha, the metadata as iTXt chunks in order of their
+/// keys. `is_srgb` adds the sRGB chunk. The same bytes for the same arguments.
 std::string encode_png(const Picture& picture, const Metadata& metadata, bool is_srgb);
 
 struct DecodedPng {

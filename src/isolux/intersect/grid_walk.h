@@ -57,8 +57,7 @@ class GridWalk {
     const auto a = static_cast<std::size_t>(axis);
     const double d = ray_.direction[axis];
     const double wall = static_cast<double>(cell_[a] + (d > 0 ? 1 : 0)) * size_;
-    t_wall_[a] = d == 0 ? std::numeric_limits<double>::infinity()
-                        : (wall - ray_.origin[axis]) / d;
+    t_wall_[a] = d == 0 ? std::numeric_limits<double>::infinity() : (wall - ray_.origin[axis]) / d;
   }
 
   void choose_exit() {

@@ -10,8 +10,8 @@ namespace isolux {
 namespace {
 
 // Rounding turns a ray along a face into one that leans off it by a hair. Leaning below
-// kParallel moves a ray by less than 1e-9 voxel inside any volume, so it counts as none; a ray that
-// runs within kSlack voxels of the volume's border runs in it.
+// kParallel moves a ray by less than 1e-9 voxel over 10,000 voxels, so it counts as none; a ray
+// that runs within kSlack voxels of the volume's border runs in it.
 constexpr double kParallel = 1e-13;
 constexpr double kSlack = 1e-9;
 
@@ -67,10 +67,8 @@ Vec3 local_point(const Ray& ray, const CellIndex& cell, double t) {
   return local;
 }
 
-int sign_of(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
-
-// Walks the cells in order of t and keeps the sign of field - iso at the end of what it has
-// passed, so that a crossing which rounding places between two cells is not lost.
+// Walks the cells in order of t. No crossing is lost between two cells: they agree on the value at
+// their common face to the last bit (see `interpolate`), so one of them sees the change of sign.
 template <typename T>
 class FirstHitSearch {
  public:
@@ -84,11 +82,8 @@ class FirstHitSearch {
     GridWalk walk(ray_, BrickGrid::kCells, all_bricks, inside.begin, inside.end);
     do {
       const BrickRange& range = bricks_.at(walk.cell());
-      if (range.low > iso_ || range.high < iso_) {
-        sign_before_ = range.has_nan ? 0 : range.low > iso_ ? 1 : -1;
-      } else if (const auto hit = search_brick(walk)) {
-        return hit;
-      }
+      if (range.low > iso_ || range.high < iso_) continue;
+      if (const auto hit = search_brick(walk)) return hit;
     } while (walk.next());
     return std::nullopt;
   }
@@ -98,8 +93,7 @@ class FirstHitSearch {
     CellBlock cells{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       cells.first[axis] = brick.cell()[axis] * BrickGrid::kCells;
-      cells.last[axis] =
-          std::min(cells.first[axis] + BrickGrid::kCells, view_.dims[axis] - 1) - 1;
+      cells.last[axis] = std::min(cells.first[axis] + BrickGrid::kCells, view_.dims[axis] - 1) - 1;
     }
     GridWalk walk(ray_, 1, cells, brick.t_enter(), brick.t_exit());
     do {
@@ -109,6 +103,7 @@ class FirstHitSearch {
   }
 
   std::optional<IsoHit> search_cell(const CellIndex& cell, double t_enter, double t_exit) {
+    if (t_exit <= 0) return std::nullopt;  // the ray's own origin, which does not count
     CellCorners corners = cell_corners(view_, cell);
     double low = corners[0], high = corners[0], sum = 0;
     for (double& corner : corners) {
@@ -117,33 +112,20 @@ class FirstHitSearch {
       sum += corner;
       corner -= iso_;
     }
-    if (std::isnan(sum) || std::isinf(sum)) {  // infinite corners interpolate to NaN
-      sign_before_ = 0;
-      return std::nullopt;
-    }
-    if (low > iso_ || high < iso_) {
-      sign_before_ = low > iso_ ? 1 : -1;
-      return std::nullopt;
-    }
+    if (!std::isfinite(sum)) return std::nullopt;  // NaN; infinite corners interpolate to NaN
+    if (low > iso_ || high < iso_) return std::nullopt;
     const CellSegment segment{local_point(ray_, cell, t_enter), local_point(ray_, cell, t_exit),
                               t_enter <= 0};
-    const int sign_here = sign_of(interpolate(corners, segment.entry));
-    if (sign_before_ * sign_here < 0) return IsoHit{t_enter, cell, segment.entry};
-    if (const auto s = first_zero(corners, segment)) {
-      const Vec3 local = *s == 0   ? segment.entry
-                         : *s == 1 ? segment.exit
-                                   : segment.entry + *s * (segment.exit - segment.entry);
-      return IsoHit{t_enter + *s * (t_exit - t_enter), cell, local};
-    }
-    sign_before_ = sign_of(interpolate(corners, segment.exit));
-    return std::nullopt;
+    const auto s = first_zero(corners, segment);
+    if (!s) return std::nullopt;
+    const Vec3 local = *s == 1 ? segment.exit : segment.entry + *s * (segment.exit - segment.entry);
+    return IsoHit{t_enter + *s * (t_exit - t_enter), cell, local};
   }
 
   const VolumeView<T>& view_;
   const BrickGrid& bricks_;
   const Ray& ray_;
   double iso_;
-  int sign_before_ = 0;  ///< 0: not known
 };
 
 }  // namespace
@@ -157,8 +139,8 @@ IsoSurface::IsoSurface(std::shared_ptr<const Volume> volume,
       world_from_covector_(transpose(index_from_world_.linear)) {}
 
 std::optional<IsoHit> IsoSurface::first_hit(const Ray& world_ray, double t_max) const {
-  const Ray ray = straightened({index_from_world_.point(world_ray.origin),
-                                index_from_world_.vector(world_ray.direction)});
+  const Ray ray = straightened(
+      {index_from_world_.point(world_ray.origin), index_from_world_.vector(world_ray.direction)});
   const auto inside = clip_to_box(ray, volume_->dims, t_max);
   if (!inside) return std::nullopt;
   return visit_voxels(*volume_, [&]<typename T>(const VolumeView<T>& view) {

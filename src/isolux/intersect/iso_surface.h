@@ -25,10 +25,10 @@ class IsoSurface {
   IsoSurface(std::shared_ptr<const Volume> volume, std::shared_ptr<const BrickGrid> bricks,
              double iso);
 
-  /// The first root along the ray with 0 < t <= t_max: exact up to the rounding of doubles, pairs of
-  /// crossings within a cell included. A cell with a NaN corner holds no surface.
-  std::optional<IsoHit> first_hit(
-      const Ray& world_ray, double t_max = std::numeric_limits<double>::infinity()) const;
+  /// The first root along the ray with 0 < t <= t_max: exact up to the rounding of doubles, pairs
+  /// of crossings within a cell included. A cell with a NaN corner holds no surface.
+  std::optional<IsoHit> first_hit(const Ray& world_ray,
+                                  double t_max = std::numeric_limits<double>::infinity()) const;
 
   /// The unit normal along -grad f in world space (towards lower values), with grad f the trilinear
   /// blend of central differences; where that vanishes or is not finite, the interpolant's own

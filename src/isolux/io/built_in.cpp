@@ -41,8 +41,8 @@ ReadResult make_phantom(const ReadRequest& request) {
   int size = found->second.size;
   if (comma != std::string::npos) {
     const std::string setting = rest.substr(comma + 1);
-    const auto given = setting.starts_with("size=") ? parse_whole_number(setting.substr(5))
-                                                    : std::nullopt;
+    const auto given =
+        setting.starts_with("size=") ? parse_whole_number(setting.substr(5)) : std::nullopt;
     if (!given || *given < 2 || *given > kLargestSize) {
       throw UsageError(request.name, "'" + setting + "' is no size",
                        "write size=N with N from 2 to " + std::to_string(kLargestSize));
@@ -61,8 +61,8 @@ std::string find_example_head() {
     const char* value = std::getenv(name);
     return fs::path(value ? value : "");
   };
-  const fs::path cache = variable("XDG_CACHE_HOME").empty() ? variable("HOME") / ".cache"
-                                                            : variable("XDG_CACHE_HOME");
+  const fs::path cache =
+      variable("XDG_CACHE_HOME").empty() ? variable("HOME") / ".cache" : variable("XDG_CACHE_HOME");
   for (const fs::path& path : {fs::path("/usr/share/doc/invesalius-examples/examples/Cranium.inv3"),
                                cache / "isolux" / "Cranium.inv3"}) {
     std::error_code error;

@@ -40,16 +40,46 @@ std::string field_name(const std::string& text) {
 }
 
 double sample_bytes(const std::string& type) {
-  static const std::map<std::string, double> kBytes = {
-      {"signed char", 1}, {"int8", 1}, {"int8_t", 1}, {"uchar", 1}, {"unsigned char", 1},
-      {"uint8", 1}, {"uint8_t", 1}, {"short", 2}, {"short int", 2}, {"signed short", 2},
-      {"signed short int", 2}, {"int16", 2}, {"int16_t", 2}, {"ushort", 2}, {"unsigned short", 2},
-      {"unsigned short int", 2}, {"uint16", 2}, {"uint16_t", 2}, {"int", 4}, {"signed int", 4},
-      {"int32", 4}, {"int32_t", 4}, {"uint", 4}, {"unsigned int", 4}, {"uint32", 4},
-      {"uint32_t", 4}, {"longlong", 8}, {"long long", 8}, {"long long int", 8},
-      {"signed long long", 8}, {"signed long long int", 8}, {"int64", 8}, {"int64_t", 8},
-      {"ulonglong", 8}, {"unsigned long long", 8}, {"unsigned long long int", 8}, {"uint64", 8},
-      {"uint64_t", 8}, {"float", 4}, {"double", 8}};
+  static const std::map<std::string, double> kBytes = {{"signed char", 1},
+                                                       {"int8", 1},
+                                                       {"int8_t", 1},
+                                                       {"uchar", 1},
+                                                       {"unsigned char", 1},
+                                                       {"uint8", 1},
+                                                       {"uint8_t", 1},
+                                                       {"short", 2},
+                                                       {"short int", 2},
+                                                       {"signed short", 2},
+                                                       {"signed short int", 2},
+                                                       {"int16", 2},
+                                                       {"int16_t", 2},
+                                                       {"ushort", 2},
+                                                       {"unsigned short", 2},
+                                                       {"unsigned short int", 2},
+                                                       {"uint16", 2},
+                                                       {"uint16_t", 2},
+                                                       {"int", 4},
+                                                       {"signed int", 4},
+                                                       {"int32", 4},
+                                                       {"int32_t", 4},
+                                                       {"uint", 4},
+                                                       {"unsigned int", 4},
+                                                       {"uint32", 4},
+                                                       {"uint32_t", 4},
+                                                       {"longlong", 8},
+                                                       {"long long", 8},
+                                                       {"long long int", 8},
+                                                       {"signed long long", 8},
+                                                       {"signed long long int", 8},
+                                                       {"int64", 8},
+                                                       {"int64_t", 8},
+                                                       {"ulonglong", 8},
+                                                       {"unsigned long long", 8},
+                                                       {"unsigned long long int", 8},
+                                                       {"uint64", 8},
+                                                       {"uint64_t", 8},
+                                                       {"float", 4},
+                                                       {"double", 8}};
   const auto found = kBytes.find(type);
   return found == kBytes.end() ? 0 : found->second;
 }
@@ -68,10 +98,11 @@ std::vector<std::string> pattern_files(const std::string& path, const std::vecto
     throw damaged(path, "data file pattern '" + w[0] + "' is not understood");
   }
   const std::string width_text = w[0].substr(percent + 1, d - percent - 1);
-  const auto width = width_text.empty() ? std::optional<long long>(0)
-                                        : parse_whole_number(width_text);
+  const auto width =
+      width_text.empty() ? std::optional<long long>(0) : parse_whole_number(width_text);
   constexpr long long kMostFiles = 1'000'000;
-  if (!width || *width < 0 || *width > 20 || std::llabs(*last - *first) / std::llabs(*step) > kMostFiles) {
+  if (!width || *width < 0 || *width > 20 ||
+      std::llabs(*last - *first) / std::llabs(*step) > kMostFiles) {
     throw damaged(path, "data file pattern '" + w[0] + "' is not understood");
   }
   std::vector<std::string> files;
@@ -161,12 +192,14 @@ NrrdHeader read_nrrd_header(const std::string& path) {
     if (trimmed(line).empty()) break;
     if (line.starts_with('#') || line.find(":=") != std::string::npos) continue;
     const std::size_t colon = line.find(':');
-    if (colon == std::string::npos) throw damaged(path, "a line has no field: '" + trimmed(line).substr(0, 40) + "'");
+    if (colon == std::string::npos)
+      throw damaged(path, "a line has no field: '" + trimmed(line).substr(0, 40) + "'");
     const std::string name = field_name(line.substr(0, colon));
     const std::string value = trimmed(line.substr(colon + 1));
     if (name == "type") {
       header.bytes_per_sample = sample_bytes(value);
-      if (header.bytes_per_sample == 0) throw damaged(path, "type '" + value + "' is not a number type");
+      if (header.bytes_per_sample == 0)
+        throw damaged(path, "type '" + value + "' is not a number type");
     } else if (name == "dimension") {
       dimension = whole_field(path, name, value, 1);
     } else if (name == "sizes") {
@@ -181,7 +214,8 @@ NrrdHeader read_nrrd_header(const std::string& path) {
       header.line_skip = static_cast<int>(whole_field(path, "line skip", value, 0));
     } else if (name == "datafile") {
       header.data_files = read_data_files(path, value, file);
-      for (std::string& data : header.data_files) data = (fs::path(path).parent_path() / data).string();
+      for (std::string& data : header.data_files)
+        data = (fs::path(path).parent_path() / data).string();
       if (file.eof()) break;
     }
   }

@@ -8,10 +8,10 @@ namespace isolux {
 /// What an NRRD header promises of its data, read before ITK reads the file, so that no promise
 /// is believed before it is checked (see teem.sourceforge.net/nrrd/format.html).
 struct NrrdHeader {
-  std::vector<double> sizes;            ///< samples along each axis, fastest first
-  std::string encoding;                 ///< "raw", "gzip", "ascii", "hex", "bzip2"
+  std::vector<double> sizes;  ///< samples along each axis, fastest first
+  std::string encoding;       ///< "raw", "gzip", "ascii", "hex", "bzip2"
   double bytes_per_sample = 0;
-  double byte_skip = 0;                 ///< before the data in each file; -1: data are at the end
+  double byte_skip = 0;  ///< before the data in each file; -1: data are at the end
   int line_skip = 0;
   std::vector<std::string> data_files;  ///< where the data lie; empty: behind the header
   double header_bytes = 0;              ///< length of the header with its blank line

@@ -35,7 +35,8 @@ Metadata provenance(const std::string& version, const json& document,
 Provenance read_provenance(const std::string& picture_path) {
   std::ifstream file(picture_path, std::ios::binary);
   if (!file) {
-    throw WorkError(picture_path, "there is no such picture, or it cannot be read", "check the name");
+    throw WorkError(picture_path, "there is no such picture, or it cannot be read",
+                    "check the name");
   }
   std::ostringstream stream;
   stream << file.rdbuf();
@@ -44,8 +45,8 @@ Provenance read_provenance(const std::string& picture_path) {
   if (!is_exr && !bytes.starts_with("\x89PNG")) {
     throw WorkError(picture_path, "is neither PNG nor EXR", "give a picture that isolux wrote");
   }
-  Metadata metadata = is_exr ? decode_exr(bytes, picture_path).metadata
-                             : decode_png(bytes, picture_path).metadata;
+  Metadata metadata =
+      is_exr ? decode_exr(bytes, picture_path).metadata : decode_png(bytes, picture_path).metadata;
   const std::string software = metadata["Software"];
   if (!software.starts_with("isolux ") || metadata["isolux.scene"].empty()) {
     throw WorkError(picture_path, "does not tell how it was made",

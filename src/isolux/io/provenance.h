@@ -14,8 +14,8 @@ namespace isolux {
 
 /// Checksums of one input's files, in the order in which they were read.
 struct InputChecksums {
-  std::string input;                 ///< as the scene names it
-  std::vector<std::string> sha256;   ///< empty for built-in volumes, which the version fixes
+  std::string input;                ///< as the scene names it
+  std::vector<std::string> sha256;  ///< empty for built-in volumes, which the version fixes
 };
 
 InputChecksums checksums_of(const ReadResult& input);

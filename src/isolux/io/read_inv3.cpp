@@ -31,7 +31,8 @@ class Archive {
     if (archive_read_open_filename(archive_, path.c_str(), 1 << 16) != ARCHIVE_OK) {
       const std::string why = message();
       archive_read_free(archive_);
-      throw WorkError(path, "cannot be opened as a tar.gz archive: " + why, "is the file complete?");
+      throw WorkError(path, "cannot be opened as a tar.gz archive: " + why,
+                      "is the file complete?");
     }
   }
   ~Archive() { archive_read_free(archive_); }
@@ -76,10 +77,9 @@ class Archive {
 
 // The value after <key>name</key> in a <dict>.
 pugi::xml_node value_of(const pugi::xml_node& dict, const char* name) {
-  const pugi::xml_node key =
-      dict.find_child([&](const pugi::xml_node& node) {
-        return std::string(node.name()) == "key" && std::string(node.text().get()) == name;
-      });
+  const pugi::xml_node key = dict.find_child([&](const pugi::xml_node& node) {
+    return std::string(node.name()) == "key" && std::string(node.text().get()) == name;
+  });
   return key.next_sibling();
 }
 
@@ -209,8 +209,9 @@ ReadResult read(const ReadRequest& request) {
   if (project->modality == "CT") volume->units = "HU";
   ReadResult result{volume, path, "InVesalius project", {path}, {}};
   if (project->orientation != 1) {
-    result.notes.push_back(project->orientation == 2 ? "the scan was coronal; its matrix is axial"
-                                                     : "the scan was sagittal; its matrix is axial");
+    result.notes.push_back(project->orientation == 2
+                               ? "the scan was coronal; its matrix is axial"
+                               : "the scan was sagittal; its matrix is axial");
   }
   return result;
 }

@@ -1,11 +1,15 @@
-#include <itkNrrdImageIO.h>
+#include <NrrdIO.h>
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
+#include <memory>
 
 #include "isolux/base/error.h"
 #include "isolux/io/format.h"
 #include "isolux/io/nrrd_header.h"
+
+// By ITK's NrrdIO, the reading part of teem. ITK's own class on top of it (itkNrrdImageIO) is left
+// aside, since it refuses headers that give a space but plain spacings (VTK's headsq).
 
 namespace isolux {
 namespace {
@@ -14,60 +18,113 @@ bool recognises(const ReadRequest&, std::string_view first_bytes) {
   return first_bytes.starts_with("NRRD");
 }
 
-template <typename Stored, typename Voxel>
-VoxelArray read_voxels(itk::ImageIOBase& io, std::size_t count) {
-  std::vector<Stored> stored(count);
-  io.Read(stored.data());
-  if constexpr (std::is_same_v<Stored, Voxel>) {
-    return stored;
-  } else {
-    return std::vector<Voxel>(stored.begin(), stored.end());
-  }
+using NrrdPointer = std::unique_ptr<Nrrd, decltype(&nrrdNuke)>;
+
+NrrdPointer load(const std::string& path) {
+  NrrdPointer nrrd(nrrdNew(), nrrdNuke);
+  if (nrrdLoad(nrrd.get(), path.c_str(), nullptr) == 0) return nrrd;
+  const std::unique_ptr<char, decltype(&std::free)> message(biffGetDone(NRRD), std::free);
+  // The first line of the message is the outermost; the last says what went wrong in the end.
+  std::string why = message ? message.get() : "unknown error";
+  while (why.ends_with('\n')) why.pop_back();
+  why.erase(0, why.rfind('\n') + 1);
+  throw WorkError(path, "cannot be read as NRRD: " + why, "is the file complete?");
 }
 
-VoxelArray read_any(itk::ImageIOBase& io, std::size_t count, ReadResult& result) {
-  using itk::IOComponentEnum;
+template <typename Voxel, typename Stored>
+VoxelArray copied(const Nrrd& nrrd, std::size_t count) {
+  const auto* stored = static_cast<const Stored*>(nrrd.data);
+  return std::vector<Voxel>(stored, stored + count);
+}
+
+VoxelArray voxels_of(const Nrrd& nrrd, std::size_t count, ReadResult& result) {
   const auto as_float = [&](const char* type) {
     result.notes.push_back(std::string(type) + " voxels are kept as 32-bit floats");
   };
-  switch (io.GetComponentType()) {
-    case IOComponentEnum::UCHAR: return read_voxels<std::uint8_t, std::uint8_t>(io, count);
-    case IOComponentEnum::CHAR: return read_voxels<std::int8_t, std::int16_t>(io, count);
-    case IOComponentEnum::SHORT: return read_voxels<std::int16_t, std::int16_t>(io, count);
-    case IOComponentEnum::USHORT: return read_voxels<std::uint16_t, std::uint16_t>(io, count);
-    case IOComponentEnum::FLOAT: return read_voxels<float, float>(io, count);
-    case IOComponentEnum::INT: as_float("32-bit"); return read_voxels<std::int32_t, float>(io, count);
-    case IOComponentEnum::UINT: as_float("32-bit"); return read_voxels<std::uint32_t, float>(io, count);
-    case IOComponentEnum::LONG:
-    case IOComponentEnum::LONGLONG:
+  switch (nrrd.type) {
+    case nrrdTypeUChar:
+      return copied<std::uint8_t, unsigned char>(nrrd, count);
+    case nrrdTypeChar:
+      return copied<std::int16_t, signed char>(nrrd, count);
+    case nrrdTypeShort:
+      return copied<std::int16_t, short>(nrrd, count);
+    case nrrdTypeUShort:
+      return copied<std::uint16_t, unsigned short>(nrrd, count);
+    case nrrdTypeFloat:
+      return copied<float, float>(nrrd, count);
+    case nrrdTypeInt:
+      as_float("32-bit");
+      return copied<float, int>(nrrd, count);
+    case nrrdTypeUInt:
+      as_float("32-bit");
+      return copied<float, unsigned>(nrrd, count);
+    case nrrdTypeLLong:
       as_float("64-bit");
-      return read_voxels<std::int64_t, float>(io, count);
-    case IOComponentEnum::ULONG:
-    case IOComponentEnum::ULONGLONG:
+      return copied<float, long long>(nrrd, count);
+    case nrrdTypeULLong:
       as_float("64-bit");
-      return read_voxels<std::uint64_t, float>(io, count);
-    case IOComponentEnum::DOUBLE: as_float("64-bit"); return read_voxels<double, float>(io, count);
+      return copied<float, unsigned long long>(nrrd, count);
+    case nrrdTypeDouble:
+      as_float("64-bit");
+      return copied<float, double>(nrrd, count);
     default:
       throw WorkError(result.name, "its voxel type is not a number", "convert it first");
   }
 }
 
-// ITK carries NRRD's right-anterior-superior and left-anterior-superior spaces over to LPS.
-Affine placement(const itk::ImageIOBase& io, const std::string& name) {
+// The file's space into LPS, as a factor along each of its axes.
+Vec3 lps_factors(int space, ReadResult& result) {
+  switch (space) {
+    case nrrdSpaceRightAnteriorSuperior:
+    case nrrdSpaceRightAnteriorSuperiorTime:
+      result.notes.push_back("right-anterior-superior was carried over to LPS");
+      return {-1, -1, 1};
+    case nrrdSpaceLeftAnteriorSuperior:
+    case nrrdSpaceLeftAnteriorSuperiorTime:
+      result.notes.push_back("left-anterior-superior was carried over to LPS");
+      return {1, -1, 1};
+    case nrrdSpaceLeftPosteriorSuperior:
+    case nrrdSpaceLeftPosteriorSuperiorTime:
+    case nrrdSpaceScannerXYZ:
+    case nrrdSpaceScannerXYZTime:
+      return {1, 1, 1};
+    default:
+      result.notes.push_back(
+          "the file does not say how it lies in the patient: its axes are taken as LPS");
+      return {1, 1, 1};
+  }
+}
+
+Affine placement(const Nrrd& nrrd, ReadResult& result) {
+  const Vec3 factors = lps_factors(nrrd.space, result);
   Affine world_from_index;
-  for (unsigned axis = 0; axis < std::min(3u, io.GetNumberOfDimensions()); ++axis) {
-    const std::vector<double> along = io.GetDirection(axis);
+  const unsigned axes = std::min(nrrd.dim, 3u);
+  for (unsigned axis = 0; axis < axes; ++axis) {
     Vec3& column = world_from_index.linear.column[axis];
-    column = Vec3{};
-    for (unsigned row = 0; row < std::min<std::size_t>(3, along.size()); ++row) {
-      column[static_cast<int>(row)] = along[row] * io.GetSpacing(axis);
+    const NrrdAxisInfo& info = nrrd.axis[axis];
+    if (std::isfinite(info.spaceDirection[0])) {
+      for (int row = 0; row < 3; ++row) {
+        column[row] = static_cast<unsigned>(row) < nrrd.spaceDim
+                          ? factors[row] * info.spaceDirection[row]
+                          : 0;
+      }
+    } else {
+      const double spacing = std::isfinite(info.spacing) ? std::fabs(info.spacing) : 1;
+      column = factors[static_cast<int>(axis)] * spacing * column;
     }
-    world_from_index.offset[static_cast<int>(axis)] = io.GetOrigin(axis);
+  }
+  const unsigned origin_axes = std::min(nrrd.spaceDim, 3u);
+  for (unsigned row = 0; row < origin_axes; ++row) {
+    const double at = nrrd.spaceOrigin[row];
+    if (std::isfinite(at)) {
+      world_from_index.offset[static_cast<int>(row)] = factors[static_cast<int>(row)] * at;
+    }
   }
   const double det = determinant(world_from_index.linear);
-  if (!std::isfinite(det) || det == 0 || !is_finite(world_from_index.offset)) {
-    throw WorkError(name, "its axes do not span space (spacing or directions are zero or not finite)",
-                    "mend the header, or give --spacing for a raw file");
+  if (!std::isfinite(det) || det == 0) {
+    throw WorkError(result.name,
+                    "its axes do not span space (spacings or directions are zero or not finite)",
+                    "mend its header");
   }
   return world_from_index;
 }
@@ -76,43 +133,33 @@ ReadResult read(const ReadRequest& request) {
   const NrrdHeader header = read_nrrd_header(request.name);
   ReadResult result{nullptr, request.name, "NRRD", {request.name}, {}};
   result.files.insert(result.files.end(), header.data_files.begin(), header.data_files.end());
-  itk::Object::SetGlobalWarningDisplay(false);
-  auto volume = std::make_shared<Volume>();
-  try {
-    const auto io = itk::NrrdImageIO::New();
-    io->SetFileName(request.name);
-    io->ReadImageInformation();
-    if (io->GetNumberOfComponents() != 1) {
+
+  const NrrdPointer nrrd = load(request.name);
+  for (unsigned axis = 0; axis < nrrd->dim; ++axis) {
+    const bool is_values = axis == 0 && nrrd->axis[axis].kind != nrrdKindUnknown &&
+                           !nrrdKindIsDomain(nrrd->axis[axis].kind);
+    if (is_values) {
       throw WorkError(request.name,
-                      "has " + std::to_string(io->GetNumberOfComponents()) + " values a voxel",
+                      "has " + std::to_string(nrrd->axis[axis].size) + " values a voxel",
                       "isolux draws surfaces of one value; extract a channel first");
     }
-    if (io->GetNumberOfDimensions() > 3) {
-      throw WorkError(request.name,
-                      "has " + std::to_string(io->GetNumberOfDimensions()) + " dimensions",
-                      "this version reads volumes of three");
+    if (axis > 2 && nrrd->axis[axis].size > 1) {
+      throw WorkError(request.name, "has " + std::to_string(nrrd->dim) + " dimensions",
+                      "this version reads volumes of three; extract one first");
     }
-    std::size_t count = 1;
-    volume->dims = {1, 1, 1};
-    for (unsigned axis = 0; axis < io->GetNumberOfDimensions(); ++axis) {
-      if (io->GetDimensions(axis) > std::numeric_limits<int>::max() / 2) {
-        throw WorkError(request.name, "is too long along an axis", "crop it first");
-      }
-      volume->dims[axis] = static_cast<int>(io->GetDimensions(axis));
-      count *= io->GetDimensions(axis);
-    }
-    itk::ImageIORegion whole(io->GetNumberOfDimensions());
-    for (unsigned axis = 0; axis < io->GetNumberOfDimensions(); ++axis) {
-      whole.SetSize(axis, io->GetDimensions(axis));
-    }
-    io->SetIORegion(whole);
-    volume->world_from_index = placement(*io, request.name);
-    volume->voxels = read_any(*io, count, result);
-  } catch (const itk::ExceptionObject& error) {
-    std::string why = error.GetDescription();
-    std::ranges::replace(why, '\n', ' ');
-    throw WorkError(request.name, "cannot be read as NRRD: " + why, "is the file complete?");
   }
+  auto volume = std::make_shared<Volume>();
+  volume->dims = {1, 1, 1};
+  std::size_t count = 1;
+  for (unsigned axis = 0; axis < std::min(nrrd->dim, 3u); ++axis) {
+    if (nrrd->axis[axis].size > 1 << 30) {
+      throw WorkError(request.name, "is too long along an axis", "crop it first");
+    }
+    volume->dims[axis] = static_cast<int>(nrrd->axis[axis].size);
+    count *= nrrd->axis[axis].size;
+  }
+  volume->world_from_index = placement(*nrrd, result);
+  volume->voxels = voxels_of(*nrrd, count, result);
   result.volume = volume;
   return result;
 }

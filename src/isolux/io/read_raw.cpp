@@ -43,13 +43,13 @@ ReadResult read_raw(const ReadRequest& request) {
   }
   const std::array<int, 3> dims = *request.grid.dims;
   const RawType& type = raw_types().at(*request.grid.type);
-  const double wanted = static_cast<double>(dims[0]) * dims[1] * dims[2] *
-                        static_cast<double>(type.bytes);
+  const double wanted =
+      static_cast<double>(dims[0]) * dims[1] * dims[2] * static_cast<double>(type.bytes);
   std::error_code error;
   const double size = static_cast<double>(std::filesystem::file_size(request.name, error));
   if (error || size != wanted) {
-    const std::string dims_text = std::to_string(dims[0]) + "x" + std::to_string(dims[1]) + "x" +
-                                  std::to_string(dims[2]);
+    const std::string dims_text =
+        std::to_string(dims[0]) + "x" + std::to_string(dims[1]) + "x" + std::to_string(dims[2]);
     char why[160];
     std::snprintf(why, sizeof why, "holds %.0f bytes, but %s voxels of type %s take %.0f",
                   error ? 0 : size, dims_text.c_str(), request.grid.type->c_str(), wanted);

@@ -50,7 +50,8 @@ ReadResult read_file(const ReadRequest& request) {
     return result;
   }
   if (request.grid.dims || request.grid.type) return read_raw(request);
-  throw WorkError(request.name, "is of no format that this version reads (NRRD, InVesalius project)",
+  throw WorkError(request.name,
+                  "is of no format that this version reads (NRRD, InVesalius project)",
                   "a headerless raw file needs --dims and --type");
 }
 

@@ -24,10 +24,10 @@ struct ReadRequest {
 /// A volume, and what reading it found and decided.
 struct ReadResult {
   std::shared_ptr<const Volume> volume;
-  std::string name;                 ///< as it is to be named again; differs for a missing example
-  std::string format;               ///< "NRRD", "InVesalius project", "raw", "built-in"
-  std::vector<std::string> files;   ///< every file that was read; empty for built-in volumes
-  std::vector<std::string> notes;   ///< decisions, a sentence each
+  std::string name;                ///< as it is to be named again; differs for a missing example
+  std::string format;              ///< "NRRD", "InVesalius project", "raw", "built-in"
+  std::vector<std::string> files;  ///< every file that was read; empty for built-in volumes
+  std::vector<std::string> notes;  ///< decisions, a sentence each
 };
 
 /// Reads an input; the format is found by content.

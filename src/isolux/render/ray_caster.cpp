@@ -24,7 +24,8 @@ std::optional<RayHit> RayCaster::first_hit(const Ray& ray) const {
   std::optional<IsoHit> nearest;
   std::size_t nearest_surface = 0;
   for (std::size_t n = 0; n < surfaces_.size(); ++n) {
-    const auto hit = nearest ? surfaces_[n].first_hit(ray, nearest->t) : surfaces_[n].first_hit(ray);
+    const auto hit =
+        nearest ? surfaces_[n].first_hit(ray, nearest->t) : surfaces_[n].first_hit(ray);
     if (!hit || (nearest && hit->t >= nearest->t)) continue;
     nearest = hit;
     nearest_surface = n;
@@ -39,15 +40,16 @@ std::optional<RayHit> RayCaster::first_hit(const Ray& ray) const {
 SurfaceBuffer RayCaster::cast(const Camera& camera, const ProgressListener& listener) const {
   SurfaceBuffer buffer(camera.width(), camera.height());
   Progress progress(listener, "tracing", static_cast<std::size_t>(camera.height()));
-  parallel_for(static_cast<std::size_t>(camera.height()), 4, [&](std::size_t begin, std::size_t end) {
-    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      for (int x = 0; x < camera.width(); ++x) {
-        const auto hit = first_hit(camera.ray(x, y));
-        if (hit) buffer.set(buffer.at(x, y), hit->sample());
-      }
-    }
-    progress.advance(end - begin);
-  });
+  parallel_for(static_cast<std::size_t>(camera.height()), 4,
+               [&](std::size_t begin, std::size_t end) {
+                 for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+                   for (int x = 0; x < camera.width(); ++x) {
+                     const auto hit = first_hit(camera.ray(x, y));
+                     if (hit) buffer.set(buffer.at(x, y), hit->sample());
+                   }
+                 }
+                 progress.advance(end - begin);
+               });
   return buffer;
 }
 

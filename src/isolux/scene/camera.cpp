@@ -18,9 +18,9 @@ struct NamedView {
 
 const std::map<std::string, NamedView>& named_views() {
   static const std::map<std::string, NamedView> views = {
-      {"front", {{0, -1, 0}, {0, 0, 1}}},   {"back", {{0, 1, 0}, {0, 0, 1}}},
-      {"left", {{1, 0, 0}, {0, 0, 1}}},     {"right", {{-1, 0, 0}, {0, 0, 1}}},
-      {"top", {{0, 0, 1}, {0, -1, 0}}},     {"bottom", {{0, 0, -1}, {0, -1, 0}}},
+      {"front", {{0, -1, 0}, {0, 0, 1}}}, {"back", {{0, 1, 0}, {0, 0, 1}}},
+      {"left", {{1, 0, 0}, {0, 0, 1}}},   {"right", {{-1, 0, 0}, {0, 0, 1}}},
+      {"top", {{0, 0, 1}, {0, -1, 0}}},   {"bottom", {{0, 0, -1}, {0, -1, 0}}},
   };
   return views;
 }

@@ -19,8 +19,8 @@ class Camera {
   Camera(const CameraDescription& description, int width, int height,
          const BoundingSphere& everything);
 
-  /// The eye ray of pixel (x, y), counted from 0 at the top left: a unit direction, so that t is the
-  /// distance in mm from the eye (orthographic: from the eye's plane).
+  /// The eye ray of pixel (x, y), counted from 0 at the top left: a unit direction, so that t is
+  /// the distance in mm from the eye (orthographic: from the eye's plane).
   Ray ray(int x, int y) const;
 
   int width() const { return width_; }

@@ -68,9 +68,9 @@ LightDescription describe_light(const json& given, const json& record, const std
     }
   }
   if (!record.contains(place_key)) {
-    throw UsageError(what, std::string("has no ") + place_key + "=X:Y:Z",
-                     light.is_point ? "say where the point light is"
-                                    : "give the vector towards the light");
+    throw UsageError(
+        what, std::string("has no ") + place_key + "=X:Y:Z",
+        light.is_point ? "say where the point light is" : "give the vector towards the light");
   }
   light.place = vector_of(record[place_key]);
   if (!light.is_point && light.place == Vec3{}) {
@@ -150,15 +150,14 @@ SceneDescription describe(const json& document, const std::string& what) {
   for_each_item(document, complete, "surface", [&](const json&, const json& item, const auto& at) {
     scene.surfaces.push_back(describe_surface(item, at));
   });
-  for_each_item(document, complete, "light", [&](const json& given, const json& item,
-                                                 const auto& at) {
-    scene.lights.push_back(describe_light(given, item, at));
-  });
+  for_each_item(document, complete, "light",
+                [&](const json& given, const json& item, const auto& at) {
+                  scene.lights.push_back(describe_light(given, item, at));
+                });
   if (complete.contains("ambient")) scene.ambient = color_of(complete["ambient"]);
-  scene.camera =
-      describe_camera(complete.contains("camera") ? complete["camera"] : json::object(), "--camera");
-  scene.display.curve =
-      complete["display"] == "raw" ? Display::Curve::kRaw : Display::Curve::kSrgb;
+  scene.camera = describe_camera(complete.contains("camera") ? complete["camera"] : json::object(),
+                                 "--camera");
+  scene.display.curve = complete["display"] == "raw" ? Display::Curve::kRaw : Display::Curve::kSrgb;
   scene.display.exposure = complete["exposure"].get<double>();
   scene.background = color_of(complete["background"]);
   return scene;

@@ -69,8 +69,9 @@ void check_document(const json& document, const std::string& what) {
     const Option* option = find_option(scene_options(), key);
     if (!option) {
       const std::string near = nearest_name(scene_options(), key);
-      throw UsageError(what, "has no key '" + key + "'",
-                       near.empty() ? "see docs/manual.md for the keys" : "did you mean " + near + "?");
+      throw UsageError(
+          what, "has no key '" + key + "'",
+          near.empty() ? "see docs/manual.md for the keys" : "did you mean " + near + "?");
     }
     if (!option->repeatable) {
       check_value(*option, value, what + " " + key);

@@ -90,7 +90,8 @@ json record_from_text(const Option& option, std::string_view text, const std::st
     const std::size_t equals = item.find('=');
     const bool is_kind = n == 0 && option.kind_first && equals == std::string::npos;
     if (!is_kind && equals == std::string::npos) {
-      throw UsageError(what, in_quotes(item) + " is not key=value", "it takes " + value_pattern(option));
+      throw UsageError(what, in_quotes(item) + " is not key=value",
+                       "it takes " + value_pattern(option));
     }
     const std::string key = is_kind ? option.fields[0].name : item.substr(0, equals);
     const Option* field = find_option(option.fields, key);
@@ -100,7 +101,8 @@ json record_from_text(const Option& option, std::string_view text, const std::st
     if (record.contains(key)) {
       throw UsageError(what, key + " is given twice", "give it once");
     }
-    record[key] = value_from_text(*field, is_kind ? item : item.substr(equals + 1), what + " " + key);
+    record[key] =
+        value_from_text(*field, is_kind ? item : item.substr(equals + 1), what + " " + key);
   }
   return record;
 }
@@ -112,7 +114,8 @@ json plain_from_text(const Option& option, std::string_view text, const std::str
       throw UsageError(what, in_quotes(text) + " is not a number", "give " + range_text(option));
     case ValueType::kWhole:
       if (const auto number = parse_whole_number(text)) return *number;
-      throw UsageError(what, in_quotes(text) + " is not a whole number", "give " + range_text(option));
+      throw UsageError(what, in_quotes(text) + " is not a whole number",
+                       "give " + range_text(option));
     case ValueType::kVector:
     case ValueType::kColor: {
       json list = json::array();
@@ -129,10 +132,12 @@ json plain_from_text(const Option& option, std::string_view text, const std::str
         if (const auto number = parse_whole_number(part)) list.push_back(*number);
       }
       if (list.size() == part_count(option) && split(text, 'x').size() == list.size()) return list;
-      throw UsageError(what, in_quotes(text) + " is not a size",
-                       std::string("give it as ") + (option.parts == 3 ? "256x256x113" : "1024x768"));
+      throw UsageError(
+          what, in_quotes(text) + " is not a size",
+          std::string("give it as ") + (option.parts == 3 ? "256x256x113" : "1024x768"));
     }
-    default: return std::string(text);
+    default:
+      return std::string(text);
   }
 }
 
@@ -159,7 +164,8 @@ void check_value(const Option& option, const json& value, const std::string& wha
     case ValueType::kColor:
     case ValueType::kSize:
       if (!is_numbers(value, part_count(option))) {
-        throw UsageError(what, "is not a list of " + std::to_string(part_count(option)) + " numbers",
+        throw UsageError(what,
+                         "is not a list of " + std::to_string(part_count(option)) + " numbers",
                          "write [1, 2, 3]");
       }
       for (const json& item : value) {
@@ -181,7 +187,9 @@ void check_value(const Option& option, const json& value, const std::string& wha
     case ValueType::kFlag:
       if (!value.is_boolean()) throw UsageError(what, "is neither true nor false", "write true");
       break;
-    case ValueType::kRecord: check_record(option, value, what); break;
+    case ValueType::kRecord:
+      check_record(option, value, what);
+      break;
   }
   if (option.not_yet.empty()) return;
   if (option.only_value.empty()) throw UsageError(what, option.not_yet, "leave it out");
@@ -193,7 +201,8 @@ void check_value(const Option& option, const json& value, const std::string& wha
 std::string text_from_value(const Option& option, const json& value) {
   switch (option.type) {
     case ValueType::kNumber:
-    case ValueType::kWhole: return to_text(value.get<double>());
+    case ValueType::kWhole:
+      return to_text(value.get<double>());
     case ValueType::kVector:
     case ValueType::kColor:
     case ValueType::kSize: {
@@ -210,22 +219,33 @@ std::string text_from_value(const Option& option, const json& value) {
       }
       return joined(items, ",");
     }
-    case ValueType::kFlag: return value.get<bool>() ? "true" : "false";
-    default: return value.get<std::string>();
+    case ValueType::kFlag:
+      return value.get<bool>() ? "true" : "false";
+    default:
+      return value.get<std::string>();
   }
 }
 
 std::string value_pattern(const Option& option) {
   switch (option.type) {
-    case ValueType::kNumber: return "V";
-    case ValueType::kWhole: return "N";
-    case ValueType::kVector: return "X:Y:Z";
-    case ValueType::kColor: return "R:G:B";
-    case ValueType::kSize: return option.parts == 3 ? "NXxNYxNZ" : "WxH";
-    case ValueType::kChoice: return joined(option.choices, "|");
-    case ValueType::kText: return "TEXT";
-    case ValueType::kFlag: return "";
-    case ValueType::kRecord: break;
+    case ValueType::kNumber:
+      return "V";
+    case ValueType::kWhole:
+      return "N";
+    case ValueType::kVector:
+      return "X:Y:Z";
+    case ValueType::kColor:
+      return "R:G:B";
+    case ValueType::kSize:
+      return option.parts == 3 ? "NXxNYxNZ" : "WxH";
+    case ValueType::kChoice:
+      return joined(option.choices, "|");
+    case ValueType::kText:
+      return "TEXT";
+    case ValueType::kFlag:
+      return "";
+    case ValueType::kRecord:
+      break;
   }
   std::vector<std::string> items;
   for (const Option& field : option.fields) {

@@ -96,8 +96,8 @@ Scene resolve(const SceneDescription& description, const Volumes& volumes) {
   }
   if (scene.lights.empty()) {
     scene.has_default_light = true;
-    scene.lights.push_back(resolve_light({.place = {0, 0, 1}, .on_camera = true}, volumes,
-                                         *scene.camera));
+    scene.lights.push_back(
+        resolve_light({.place = {0, 0, 1}, .on_camera = true}, volumes, *scene.camera));
   }
   scene.has_default_ambient = !description.ambient;
   if (description.ambient) {

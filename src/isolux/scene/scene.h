@@ -24,16 +24,16 @@ struct IsoSurfaceItem {
 struct Scene {
   std::vector<IsoSurfaceItem> surfaces;
   std::vector<Light> lights;
-  bool has_default_light = false;  ///< the headlight that shines when no light was asked for
-  Rgb ambient;                     ///< Ia
+  bool has_default_light = false;    ///< the headlight that shines when no light was asked for
+  Rgb ambient;                       ///< Ia
   bool has_default_ambient = false;  ///< Ia is the sum of the lights' intensities
   std::optional<Camera> camera;      ///< always there once resolved
   Display display;
   Rgb background;
 };
 
-/// Puts loaded volumes (one for each input, in order) and a description together: surfaces get their
-/// volumes, lights their place in world space, named views their distance.
+/// Puts loaded volumes (one for each input, in order) and a description together: surfaces get
+/// their volumes, lights their place in world space, named views their distance.
 /// @throws UsageError  where an input=K names no input, or a volume suggests no iso value.
 Scene resolve(const SceneDescription& description,
               const std::vector<std::shared_ptr<const Volume>>& volumes);

@@ -19,7 +19,7 @@ struct SurfacePoint {
 
 /// What one light adds at a point, and every quantity on the way there.
 struct LightTerms {
-  Vec3 offset;           ///< from the point to a point light (P - p), mm; directional: the vector given
+  Vec3 offset;  ///< from the point to a point light (P - p), mm; directional: the vector given
   double distance = 0;   ///< length of `offset`
   Vec3 to_light;         ///< l, the unit vector along `offset`; zero if the light is at the point
   Vec3 reflected;        ///< r = 2 (n . l) n - l

@@ -8,11 +8,10 @@
 namespace isolux {
 
 /// What a brick's cells can hold: the least and greatest of their corner values (NaN left out;
-/// low > high where there is no number at all), and whether a NaN is among them.
+/// low > high where there is no number at all).
 struct BrickRange {
   float low;
   float high;
-  bool has_nan;
 };
 
 /// The ranges of blocks of kCells^3 cells, independent of any iso value: where `iso` is outside a

@@ -18,8 +18,8 @@ using CellCorners = std::array<double, 8>;
 template <typename T>
 CellCorners cell_corners(const VolumeView<T>& v, const CellIndex& cell) {
   const auto [i, j, k] = cell;
-  return {v.value(i, j, k),         v.value(i + 1, j, k),         v.value(i, j + 1, k),
-          v.value(i + 1, j + 1, k), v.value(i, j, k + 1),         v.value(i + 1, j, k + 1),
+  return {v.value(i, j, k),         v.value(i + 1, j, k),        v.value(i, j + 1, k),
+          v.value(i + 1, j + 1, k), v.value(i, j, k + 1),        v.value(i + 1, j, k + 1),
           v.value(i, j + 1, k + 1), v.value(i + 1, j + 1, k + 1)};
 }
 
@@ -72,8 +72,8 @@ std::optional<Vec3> blended_gradient(const VolumeView<T>& v, const CellIndex& ce
   double scale = 0;  // what the sum is made of, to tell a vanishing sum from rounding
   for (int corner = 0; corner < 8; ++corner) {
     const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
-    const double weight = (x ? local.x : 1 - local.x) * (y ? local.y : 1 - local.y) *
-                          (z ? local.z : 1 - local.z);
+    const double weight =
+        (x ? local.x : 1 - local.x) * (y ? local.y : 1 - local.y) * (z ? local.z : 1 - local.z);
     if (weight == 0) continue;
     const Vec3 term = weight * central_difference(v, cell[0] + x, cell[1] + y, cell[2] + z);
     gradient = gradient + term;

@@ -16,8 +16,7 @@ Volume marschner_lobb_phantom(int size) {
   constexpr double kAlpha = 0.25;
   return sample_on_cube<float>(size, 1, [](Vec3 p) {
     const double r = std::sqrt(p.x * p.x + p.y * p.y);
-    const double rho =
-        exact::cos(2 * exact::kPi * kFrequency * exact::cos(exact::kPi * r / 2));
+    const double rho = exact::cos(2 * exact::kPi * kFrequency * exact::cos(exact::kPi * r / 2));
     return (1 - exact::sin(exact::kPi * p.z / 2) + kAlpha * (1 + rho)) / (2 * (1 + kAlpha));
   });
 }

@@ -58,7 +58,8 @@ ValueStatistics value_statistics(const Volume& volume, int bins) {
     s.min = low;
     s.max = high;
     s.histogram.assign(low == high ? 1 : static_cast<std::size_t>(bins), 0);
-    const double per_value = static_cast<double>(s.histogram.size()) / (high > low ? high - low : 1);
+    const double per_value =
+        static_cast<double>(s.histogram.size()) / (high > low ? high - low : 1);
     const std::size_t last = s.histogram.size() - 1;
     for (std::size_t n = 0; n < count; ++n) {
       const double value = static_cast<double>(view.voxels[n]);
