@@ -30,8 +30,8 @@ Ray straightened(Ray ray) {
   return ray;
 }
 
-std::optional<Interval> clip_to_box(const Ray& ray, const std::array<int, 3>& dims, double t_max) {
-  Interval inside{0, t_max};
+std::optional<Interval> clip_to_box(const Ray& ray, const std::array<int, 3>& dims) {
+  Interval inside{0, std::numeric_limits<double>::infinity()};
   for (int axis = 0; axis < 3; ++axis) {
     const double high = dims[static_cast<std::size_t>(axis)] - 1;
     const double o = ray.origin[axis];
@@ -73,8 +73,8 @@ template <typename T>
 class FirstHitSearch {
  public:
   FirstHitSearch(const VolumeView<T>& view, const BrickGrid& bricks, const Ray& index_ray,
-                 double iso)
-      : view_(view), bricks_(bricks), ray_(index_ray), iso_(iso) {}
+                 double iso, double t_max)
+      : view_(view), bricks_(bricks), ray_(index_ray), iso_(iso), t_max_(t_max) {}
 
   std::optional<IsoHit> run(const Interval& inside) {
     const CellBlock all_bricks{
@@ -84,7 +84,7 @@ class FirstHitSearch {
       const BrickRange& range = bricks_.at(walk.cell());
       if (range.low > iso_ || range.high < iso_) continue;
       if (const auto hit = search_brick(walk)) return hit;
-    } while (walk.next());
+    } while (walk.next() && walk.t_enter() <= t_max_);
     return std::nullopt;
   }
 
@@ -119,13 +119,16 @@ class FirstHitSearch {
     const auto s = first_zero(corners, segment);
     if (!s) return std::nullopt;
     const Vec3 local = *s == 1 ? segment.exit : segment.entry + *s * (segment.exit - segment.entry);
-    return IsoHit{t_enter + *s * (t_exit - t_enter), cell, local};
+    const double t = t_enter + *s * (t_exit - t_enter);
+    if (t > t_max_) return std::nullopt;
+    return IsoHit{t, cell, local};
   }
 
   const VolumeView<T>& view_;
   const BrickGrid& bricks_;
   const Ray& ray_;
   double iso_;
+  double t_max_;  ///< bounds the answer, not the arithmetic: a hit is the same for every bound
 };
 
 }  // namespace
@@ -141,10 +144,10 @@ IsoSurface::IsoSurface(std::shared_ptr<const Volume> volume,
 std::optional<IsoHit> IsoSurface::first_hit(const Ray& world_ray, double t_max) const {
   const Ray ray = straightened(
       {index_from_world_.point(world_ray.origin), index_from_world_.vector(world_ray.direction)});
-  const auto inside = clip_to_box(ray, volume_->dims, t_max);
+  const auto inside = clip_to_box(ray, volume_->dims);
   if (!inside) return std::nullopt;
   return visit_voxels(*volume_, [&]<typename T>(const VolumeView<T>& view) {
-    return FirstHitSearch<T>(view, *bricks_, ray, iso_).run(*inside);
+    return FirstHitSearch<T>(view, *bricks_, ray, iso_, t_max).run(*inside);
   });
 }
 

@@ -4,6 +4,12 @@
 
 namespace isolux {
 
+void RgbLayer::set(std::size_t pixel, Rgb value) {
+  r[pixel] = static_cast<float>(value.r);
+  g[pixel] = static_cast<float>(value.g);
+  b[pixel] = static_cast<float>(value.b);
+}
+
 void light_sample(const Scene& scene, const Ray& eye_ray, const SurfaceSample& sample,
                   PixelTerms& terms) {
   const Material& material = scene.surfaces[static_cast<std::size_t>(sample.surface)].material;

@@ -13,11 +13,9 @@ struct RgbLayer {
   std::vector<float> r, g, b;
 
   explicit RgbLayer(std::size_t pixels) : r(pixels), g(pixels), b(pixels) {}
-  void set(std::size_t pixel, Rgb value) {
-    r[pixel] = static_cast<float>(value.r);
-    g[pixel] = static_cast<float>(value.g);
-    b[pixel] = static_cast<float>(value.b);
-  }
+  /// Rounds to floats. Not inline: where g++ 12 sees doubles made floats and doubles again, it
+  /// forgets the rounding of the first two of three (a fault in its vectorizer).
+  void set(std::size_t pixel, Rgb value);
   Rgb at(std::size_t pixel) const { return {r[pixel], g[pixel], b[pixel]}; }
 };
 

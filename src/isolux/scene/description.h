@@ -31,11 +31,11 @@ struct LightDescription {
 };
 
 struct CameraDescription {
-  std::optional<std::string> view;  ///< front, back, left, right, top, bottom
-  std::optional<Vec3> eye, target, up;
+  std::optional<std::string> view = {};  ///< front, back, left, right, top, bottom
+  std::optional<Vec3> eye = {}, target = {}, up = {};
   bool orthographic = false;
   double fov_deg = 30;
-  std::optional<double> height_mm;
+  std::optional<double> height_mm = {};
 };
 
 /// How a headerless raw input is to be read, and a spacing in place of the file's own.
