@@ -61,10 +61,13 @@ std::string find_example_head() {
     const char* value = std::getenv(name);
     return fs::path(value ? value : "");
   };
-  const fs::path cache =
-      variable("XDG_CACHE_HOME").empty() ? variable("HOME") / ".cache" : variable("XDG_CACHE_HOME");
-  for (const fs::path& path : {fs::path("/usr/share/doc/invesalius-examples/examples/Cranium.inv3"),
-                               cache / "isolux" / "Cranium.inv3"}) {
+  std::vector<fs::path> places = {"/usr/share/doc/invesalius-examples/examples/Cranium.inv3"};
+  if (!variable("XDG_CACHE_HOME").empty()) {
+    places.push_back(variable("XDG_CACHE_HOME") / "isolux/Cranium.inv3");
+  } else if (!variable("HOME").empty()) {
+    places.push_back(variable("HOME") / ".cache/isolux/Cranium.inv3");
+  }
+  for (const fs::path& path : places) {
     std::error_code error;
     if (fs::is_regular_file(path, error)) return path.string();
   }

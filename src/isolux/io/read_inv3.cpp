@@ -2,6 +2,7 @@
 #include <archive_entry.h>
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <pugixml.hpp>
@@ -151,6 +152,10 @@ VoxelArray read_matrix(const std::string& path, Archive& archive, const Project&
         if (archive.size() != bytes) {
           throw damaged(path, "its matrix holds " + to_text(archive.size()) + " bytes, not the " +
                                   to_text(bytes) + " of its shape");
+        }
+        constexpr double kBestDeflate = 1100;  // no more than 1032 : 1
+        if (bytes > kBestDeflate * static_cast<double>(std::filesystem::file_size(path))) {
+          throw damaged(path, "its matrix is larger than the file can hold");
         }
         check_memory(bytes, path);
         array.resize(static_cast<std::size_t>(bytes) / sizeof(array[0]));
