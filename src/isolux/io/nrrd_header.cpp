@@ -11,6 +11,7 @@
 #include "isolux/base/error.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
+#include "isolux/io/stored_voxels.h"
 
 namespace isolux {
 namespace {
@@ -139,13 +140,6 @@ double whole_field(const std::string& path, const std::string& name, const std::
   return static_cast<double>(*number);
 }
 
-// Data cannot be more than this many times what lies in the file: deflate's best is 1032 : 1.
-double largest_expansion(const std::string& encoding) {
-  if (encoding == "gzip" || encoding == "gz") return 1100;
-  if (encoding == "bzip2" || encoding == "bz2") return 50'000;
-  return 1;  // raw; text and hexadecimal take more bytes than the data
-}
-
 void check_sizes(const std::string& path, const NrrdHeader& header) {
   check_memory(header.data_bytes(), path);
   double available = 0;
@@ -162,15 +156,12 @@ void check_sizes(const std::string& path, const NrrdHeader& header) {
     available += std::max(0.0, size - before);
   }
   if (header.data_files.empty()) available -= header.header_bytes;
-  const double largest = available * largest_expansion(header.encoding);
-  if (header.data_bytes() > largest) {
-    throw WorkError(path,
-                    "its header promises " + bytes_text(header.data_bytes()) + " (" +
-                        to_text(header.data_bytes()) + " bytes), but only " +
-                        to_text(std::max(0.0, available)) + " bytes of " + header.encoding +
-                        " data are there",
-                    "is the file complete?");
-  }
+  const bool is_text = header.encoding == "ascii" || header.encoding == "txt" ||
+                       header.encoding == "text" || header.encoding == "hex";
+  // A number of any width takes at least two bytes of text.
+  const double promised =
+      is_text ? 2 * header.data_bytes() / header.bytes_per_sample : header.data_bytes();
+  check_promise(path, promised, available, is_text ? "raw" : header.encoding);
 }
 
 }  // namespace

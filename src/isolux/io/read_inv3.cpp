@@ -8,9 +8,9 @@
 #include <pugixml.hpp>
 
 #include "isolux/base/error.h"
-#include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
 #include "isolux/io/format.h"
+#include "isolux/io/stored_voxels.h"
 
 // An InVesalius project: a tar.gz of one folder with main.plist (an Apple property list in XML) and
 // the voxels as a bare little-endian matrix, whose name, shape and type main.plist tells.
@@ -153,11 +153,7 @@ VoxelArray read_matrix(const std::string& path, Archive& archive, const Project&
           throw damaged(path, "its matrix holds " + to_text(archive.size()) + " bytes, not the " +
                                   to_text(bytes) + " of its shape");
         }
-        constexpr double kBestDeflate = 1100;  // no more than 1032 : 1
-        if (bytes > kBestDeflate * static_cast<double>(std::filesystem::file_size(path))) {
-          throw damaged(path, "its matrix is larger than the file can hold");
-        }
-        check_memory(bytes, path);
+        check_promise(path, bytes, static_cast<double>(std::filesystem::file_size(path)), "gzip");
         array.resize(static_cast<std::size_t>(bytes) / sizeof(array[0]));
         archive.read(reinterpret_cast<char*>(array.data()), static_cast<std::size_t>(bytes),
                      listener);

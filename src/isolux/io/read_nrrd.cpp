@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "isolux/base/error.h"
 #include "isolux/io/format.h"
 #include "isolux/io/nrrd_header.h"
+#include "isolux/io/stored_voxels.h"
 
 // By ITK's NrrdIO, the reading part of teem. ITK's own class on top of it (itkNrrdImageIO) is left
 // aside, since it refuses headers that give a space but plain spacings (VTK's headsq).
@@ -31,44 +33,30 @@ NrrdPointer load(const std::string& path) {
   throw WorkError(path, "cannot be read as NRRD: " + why, "is the file complete?");
 }
 
-template <typename Voxel, typename Stored>
-VoxelArray copied(const Nrrd& nrrd, std::size_t count) {
-  const auto* stored = static_cast<const Stored*>(nrrd.data);
-  return std::vector<Voxel>(stored, stored + count);
-}
-
-VoxelArray voxels_of(const Nrrd& nrrd, std::size_t count, ReadResult& result) {
-  const auto as_float = [&](const char* type) {
-    result.notes.push_back(std::string(type) + " voxels are kept as 32-bit floats");
-  };
-  switch (nrrd.type) {
-    case nrrdTypeUChar:
-      return copied<std::uint8_t, unsigned char>(nrrd, count);
+std::optional<StoredType> stored_type(int nrrd_type) {
+  switch (nrrd_type) {
     case nrrdTypeChar:
-      return copied<std::int16_t, signed char>(nrrd, count);
+      return StoredType::kI8;
+    case nrrdTypeUChar:
+      return StoredType::kU8;
     case nrrdTypeShort:
-      return copied<std::int16_t, short>(nrrd, count);
+      return StoredType::kI16;
     case nrrdTypeUShort:
-      return copied<std::uint16_t, unsigned short>(nrrd, count);
-    case nrrdTypeFloat:
-      return copied<float, float>(nrrd, count);
+      return StoredType::kU16;
     case nrrdTypeInt:
-      as_float("32-bit");
-      return copied<float, int>(nrrd, count);
+      return StoredType::kI32;
     case nrrdTypeUInt:
-      as_float("32-bit");
-      return copied<float, unsigned>(nrrd, count);
+      return StoredType::kU32;
     case nrrdTypeLLong:
-      as_float("64-bit");
-      return copied<float, long long>(nrrd, count);
+      return StoredType::kI64;
     case nrrdTypeULLong:
-      as_float("64-bit");
-      return copied<float, unsigned long long>(nrrd, count);
+      return StoredType::kU64;
+    case nrrdTypeFloat:
+      return StoredType::kF32;
     case nrrdTypeDouble:
-      as_float("64-bit");
-      return copied<float, double>(nrrd, count);
+      return StoredType::kF64;
     default:
-      throw WorkError(result.name, "its voxel type is not a number", "convert it first");
+      return std::nullopt;
   }
 }
 
@@ -159,7 +147,9 @@ ReadResult read(const ReadRequest& request) {
     count *= nrrd->axis[axis].size;
   }
   volume->world_from_index = placement(*nrrd, result);
-  volume->voxels = voxels_of(*nrrd, count, result);
+  const auto type = stored_type(nrrd->type);
+  if (!type) throw WorkError(result.name, "its voxel type is not a number", "convert it first");
+  volume->voxels = voxels_from(*type, nrrd->data, count, {}, result.notes);
   result.volume = volume;
   return result;
 }

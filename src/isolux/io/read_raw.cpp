@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -7,31 +5,28 @@
 #include "isolux/base/error.h"
 #include "isolux/base/memory.h"
 #include "isolux/io/format.h"
+#include "isolux/io/stored_voxels.h"
 
 namespace isolux {
 namespace {
 
 struct RawType {
   VoxelArray empty;  // of the voxel type it is read into
-  std::size_t bytes;
+  StoredType stored;
   bool big_endian;
 };
 
 const std::map<std::string, RawType>& raw_types() {
   static const std::map<std::string, RawType> types = {
-      {"u8", {std::vector<std::uint8_t>{}, 1, false}},
-      {"i16", {std::vector<std::int16_t>{}, 2, false}},
-      {"i16be", {std::vector<std::int16_t>{}, 2, true}},
-      {"u16", {std::vector<std::uint16_t>{}, 2, false}},
-      {"u16be", {std::vector<std::uint16_t>{}, 2, true}},
-      {"f32", {std::vector<float>{}, 4, false}},
-      {"f32be", {std::vector<float>{}, 4, true}},
+      {"u8", {std::vector<std::uint8_t>{}, StoredType::kU8, false}},
+      {"i16", {std::vector<std::int16_t>{}, StoredType::kI16, false}},
+      {"i16be", {std::vector<std::int16_t>{}, StoredType::kI16, true}},
+      {"u16", {std::vector<std::uint16_t>{}, StoredType::kU16, false}},
+      {"u16be", {std::vector<std::uint16_t>{}, StoredType::kU16, true}},
+      {"f32", {std::vector<float>{}, StoredType::kF32, false}},
+      {"f32be", {std::vector<float>{}, StoredType::kF32, true}},
   };
   return types;
-}
-
-void swap_bytes(char* bytes, std::size_t count, std::size_t width) {
-  for (std::size_t n = 0; n < count; ++n) std::reverse(bytes + n * width, bytes + (n + 1) * width);
 }
 
 }  // namespace
@@ -44,7 +39,7 @@ ReadResult read_raw(const ReadRequest& request) {
   const std::array<int, 3> dims = *request.grid.dims;
   const RawType& type = raw_types().at(*request.grid.type);
   const double wanted =
-      static_cast<double>(dims[0]) * dims[1] * dims[2] * static_cast<double>(type.bytes);
+      static_cast<double>(dims[0]) * dims[1] * dims[2] * static_cast<double>(bytes_of(type.stored));
   std::error_code error;
   const double size = static_cast<double>(std::filesystem::file_size(request.name, error));
   if (error || size != wanted) {
@@ -70,7 +65,7 @@ ReadResult read_raw(const ReadRequest& request) {
         if (!file.read(bytes, static_cast<std::streamsize>(wanted))) {
           throw WorkError(request.name, "cannot be read to its end", "check the disk");
         }
-        if (type.big_endian) swap_bytes(bytes, voxels.size(), type.bytes);
+        if (type.big_endian) swap_bytes(type.stored, bytes, voxels.size());
       },
       volume->voxels);
   ReadResult result{volume, request.name, "raw", {request.name}, {}};
