@@ -1,5 +1,6 @@
 #include "isolux/io/reader.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <utility>
@@ -85,16 +86,21 @@ std::vector<ReadResult> read_inputs(const SceneDescription& description,
   std::vector<std::string> names = description.inputs;
   if (names.empty()) names.push_back(kExampleHead);
   std::vector<ReadResult> results;
-  bool any_raw = false;
   for (const std::string& name : names) {
     results.push_back(read_input({name, description.grid, listener}));
-    any_raw = any_raw || results.back().format == "raw";
   }
-  if (!any_raw && (description.grid.dims || description.grid.type)) {
-    throw UsageError(description.grid.dims ? "--dims" : "--type",
-                     "is for headerless raw files, and every input has its own header",
-                     "leave it out");
-  }
+  const GridDescription& grid = description.grid;
+  const auto refuse_unless = [&](bool given, const char* option, const char* why, auto has_use) {
+    if (!given || std::ranges::any_of(results, has_use)) return;
+    throw UsageError(option, why, "leave it out");
+  };
+  const auto is_raw = [](const ReadResult& r) { return r.format == "raw"; };
+  refuse_unless(grid.dims.has_value(), "--dims", "every input has its own header", is_raw);
+  refuse_unless(grid.type.has_value(), "--type", "every input has its own header", is_raw);
+  refuse_unless(grid.volume.has_value(), "--volume", "no input has several volumes",
+                [](const ReadResult& r) { return r.volume_count > 1; });
+  refuse_unless(grid.series.has_value(), "--series", "no input is a DICOM series",
+                [](const ReadResult& r) { return r.format == "DICOM"; });
   return results;
 }
 
