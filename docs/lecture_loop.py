@@ -195,9 +195,12 @@ def main():
     for _, x, y, a, b in sorted(apart, reverse=True)[:8]:
         print(f"  pixel ({x}, {y}), voxel column i = {x}, k = {dims[2] - 1 - y}: "
               f"the loop says {a}, isolux {b}")
-    change = [abs(after - before) for before, after in cosines]
-    print("n.l with the true spacing of %g x %g x %g mm: mean change %.4f, largest %.4f"
-          % (*spacing, sum(change) / len(change), max(change)))
+    print("n.l with the true spacing of %g x %g x %g mm:" % tuple(spacing))
+    for which, these in (("all that meet bone", cosines),
+                         ("those that face the lamp", [c for c in cosines if c[0] > 0])):
+        change = [abs(after - before) for before, after in these]
+        print("  %s: mean change %.4f, largest %.4f"
+              % (which, sum(change) / len(change), max(change)))
     crossed = sum((before > 0) != (after > 0) for before, after in cosines)
     print(f"pixels that turn from lit to unlit or back: {crossed}")
     return 0 if len(apart) <= TOLERATED and all(step == 1 for step, *_ in apart) else 1

@@ -1,4 +1,4 @@
-"""The contract's sums once more, in plain Python: vectors, the camera's rays, the reflection model."""
+"""The contract's sums once more, in plain Python: vectors, camera rays, the reflection model."""
 
 import math
 

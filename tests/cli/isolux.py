@@ -22,7 +22,7 @@ needs_shared = unittest.skipUnless((SHARED / "data").is_dir(), f"{SHARED}/data i
 
 
 def listed(options):
-    """Command-line words: {"size": "8x8", "light": [a, b]} becomes --size 8x8 --light a --light b."""
+    """Words of a command: {"size": "8x8", "light": [a, b]} is --size 8x8 --light a --light b."""
     words = []
     for name, value in options.items():
         for item in value if isinstance(value, list) else [value]:
@@ -53,8 +53,9 @@ class TestCase(unittest.TestCase):
         """The finished process. Inputs and outputs without a folder lie in self.folder."""
         how = {"cwd": self.folder, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE,
                "text": True, "timeout": SECONDS, **how}
-        done = subprocess.run([PROGRAM, *map(str, words)], **how)
-        self.assertEqual(done.returncode, status, f"isolux {' '.join(map(str, words))}\n{done.stderr}")
+        words = list(map(str, words))
+        done = subprocess.run([PROGRAM, *words], **how)
+        self.assertEqual(done.returncode, status, f"isolux {' '.join(words)}\n{done.stderr}")
         return done
 
     def refused(self, *words, status, about="", **how):

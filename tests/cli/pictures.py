@@ -217,7 +217,8 @@ def blob(i, j, k):
     mirroring of the axes carries it into itself. Surfaces at 0."""
     def ball(x, y, z, radius):
         return radius - ((i - x) ** 2 + (j - y) ** 2 + 1.3 * (k - z) ** 2) ** 0.5
-    inside = max(ball(8, 7, 6, 4.6), ball(12.5, 6, 7.5, 2.3), ball(7, 2.5, 8, 2.1), ball(6, 8, 10, 2))
+    inside = max(ball(8, 7, 6, 4.6), ball(12.5, 6, 7.5, 2.3), ball(7, 2.5, 8, 2.1),
+                 ball(6, 8, 10, 2))
     return max(-1000, round(200 * inside))
 
 

@@ -72,8 +72,9 @@ class Readers(TestCase):
     def seen(self, name, iso=0, middle=MIDDLE, **options):
         """The picture of the body round `middle` (mm), from a side with no symmetry."""
         x, y, z = middle
-        return self.png(name, size="64x64", surface=f"iso={iso}", light=f"point,at={x-40}:{y-50}:{z+30}",
-                        camera=f"eye={x+35}:{y-40}:{z+25},target={x}:{y}:{z}", **options)
+        return self.png(name, size="64x64", surface=f"iso={iso}",
+                        light=f"point,at={x - 40}:{y - 50}:{z + 30}",
+                        camera=f"eye={x + 35}:{y - 40}:{z + 25},target={x}:{y}:{z}", **options)
 
     def assert_same_pixels(self, name, other="plain.nrrd", other_options={}, **options):
         wanted = self.seen(other, **other_options)

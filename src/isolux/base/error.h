@@ -9,20 +9,8 @@ namespace isolux {
 /// option), why, and a hint at the remedy. Printed as `isolux: error: WHAT: WHY; HINT`.
 class Error : public std::runtime_error {
  public:
-  Error(std::string what, std::string why, std::string hint)
-      : std::runtime_error(what + ": " + why + "; " + hint),
-        what_(std::move(what)),
-        why_(std::move(why)),
-        hint_(std::move(hint)) {}
-
-  const std::string& what_it_is_about() const { return what_; }
-  const std::string& why() const { return why_; }
-  const std::string& hint() const { return hint_; }
-
- private:
-  std::string what_;
-  std::string why_;
-  std::string hint_;
+  Error(const std::string& what, const std::string& why, const std::string& hint)
+      : std::runtime_error((what.empty() ? "''" : what) + ": " + why + "; " + hint) {}
 };
 
 /// The work could not be done: unreadable or damaged input, no memory, cannot write. Exit status 1.

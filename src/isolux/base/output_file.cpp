@@ -31,6 +31,19 @@ fs::path folder_of(const fs::path& file) {
   return file.parent_path().empty() ? fs::path(".") : file.parent_path();
 }
 
+struct TemporaryFile {
+  int descriptor;
+  std::string path;
+};
+
+// A new, empty file in the folder where `place` lies or is to lie.
+TemporaryFile temporary_beside(const std::string& path, const fs::path& place) {
+  std::string name = (folder_of(place) / ".isolux-XXXXXX").string();
+  const int descriptor = ::mkostemp(name.data(), O_CLOEXEC);
+  if (descriptor < 0) throw cannot_write(path, errno, "choose another place for the output");
+  return {descriptor, name};
+}
+
 bool is_device(const fs::path& path) {
   struct stat status {};
   return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
@@ -64,7 +77,7 @@ mode_t mode_for(const fs::path& path) {
 void check_writable(const std::string& path) {
   const fs::path place = real_place(path);
   std::error_code error;
-  if (path.empty()) throw WorkError("''", "is no file name", "give a name ending in .png or .exr");
+  if (path.empty()) throw WorkError(path, "is no file name", "give a file name");
   if (fs::is_directory(place, error)) {
     throw WorkError(path, "cannot write: it is a folder", "give a file name");
   }
@@ -72,9 +85,9 @@ void check_writable(const std::string& path) {
   if (fs::exists(place, error) && ::access(place.c_str(), W_OK) != 0) {
     throw cannot_write(path, errno, "choose another place for the output");
   }
-  if (::access(folder_of(place).c_str(), W_OK | X_OK) != 0) {
-    throw cannot_write(path, errno, "choose another place for the output");
-  }
+  const TemporaryFile probe = temporary_beside(path, place);
+  ::close(probe.descriptor);
+  ::unlink(probe.path.c_str());
 }
 
 void write_whole_file(const std::string& path, std::string_view bytes) {
@@ -86,14 +99,12 @@ void write_whole_file(const std::string& path, std::string_view bytes) {
     if (error != 0) throw cannot_write(path, error, "is there room on the device?");
     return;
   }
-  std::string beside = (folder_of(place) / ".isolux-XXXXXX").string();
-  const int file = ::mkostemp(beside.data(), O_CLOEXEC);
-  if (file < 0) throw cannot_write(path, errno, "choose another place for the output");
-  ::fchmod(file, mode_for(place));
-  int error = write_and_close(file, bytes);
-  if (error == 0 && ::rename(beside.c_str(), place.c_str()) != 0) error = errno;
+  const TemporaryFile beside = temporary_beside(path, place);
+  ::fchmod(beside.descriptor, mode_for(place));
+  int error = write_and_close(beside.descriptor, bytes);
+  if (error == 0 && ::rename(beside.path.c_str(), place.c_str()) != 0) error = errno;
   if (error != 0) {
-    ::unlink(beside.c_str());
+    ::unlink(beside.path.c_str());
     throw cannot_write(path, error, "is there room on the device?");
   }
 }

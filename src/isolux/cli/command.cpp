@@ -99,6 +99,25 @@ std::vector<Command> make_commands() {
   };
 }
 
+// An option right behind another is not its value, though it could be taken for one.
+void check_values_follow(const std::vector<Option>& options,
+                         const std::vector<std::string>& arguments) {
+  const auto option_of = [&](const std::string& argument) -> const Option* {
+    if (argument == "-o") return find_option(options, "output");
+    return argument.starts_with("--") ? find_option(options, argument.substr(2)) : nullptr;
+  };
+  for (std::size_t n = 0; n < arguments.size(); ++n) {
+    const Option* option = option_of(arguments[n]);
+    if (!option || option->type == kFlag) continue;
+    if (n + 1 < arguments.size() && !option_of(arguments[n + 1])) {
+      ++n;
+      continue;
+    }
+    throw UsageError("--" + option->name, "is given without its value",
+                     "see `isolux COMMAND --help` for what it takes");
+  }
+}
+
 }  // namespace
 
 const std::vector<Command>& commands() {
@@ -116,6 +135,7 @@ std::vector<Option> all_options(const Command& command) {
 
 Arguments parse(const Command& command, const std::vector<std::string>& arguments) {
   const std::vector<Option> options = all_options(command);
+  check_values_follow(options, arguments);
   CLI::App app;
   app.set_help_flag();
   app.allow_extras();

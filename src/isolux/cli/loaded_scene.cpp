@@ -1,5 +1,6 @@
 #include "isolux/cli/loaded_scene.h"
 
+#include <filesystem>
 #include <fstream>
 
 #include "isolux/base/error.h"
@@ -14,6 +15,9 @@ using nlohmann::json;
 
 json read_scene_file(const std::string& path) {
   std::ifstream file(path);
+  if (std::error_code none; std::filesystem::is_directory(path, none)) {
+    throw WorkError(path, "is a folder", "give a scene file");
+  }
   if (!file)
     throw WorkError(path, "there is no such scene file, or it cannot be read", "check the name");
   json document = json::parse(file, nullptr, /*allow_exceptions=*/false);

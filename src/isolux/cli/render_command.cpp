@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 #include <future>
 #include <set>
 
@@ -71,7 +72,12 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
 
   const std::vector<InputChecksums> found = checksums.get();
   for (std::size_t n = 0; expected && n < found.size(); ++n) {
-    if (n < expected->size() && (*expected)[n].sha256 == found[n].sha256) continue;
+    // Of built-in volumes, which have no files, the name says all.
+    const bool is_built_in = loaded.inputs[n].files.empty();
+    if (n < expected->size() && (*expected)[n].sha256 == found[n].sha256 &&
+        (!is_built_in || loaded.inputs[n].name == found[n].input)) {
+      continue;
+    }
     throw WorkError(found[n].input, "is not the file that the picture was made from",
                     "give the original, or render without --again");
   }
@@ -116,7 +122,13 @@ int run_render(const Command&, const Arguments& arguments) {
     wants_exr(output);
     check_writable(output);
   }
-  if (saves_scene) check_writable(arguments.at("save-scene"));
+  if (saves_scene) {
+    check_writable(arguments.at("save-scene"));
+    if (std::filesystem::weakly_canonical(arguments.at("save-scene")) ==
+        std::filesystem::weakly_canonical(output)) {
+      throw UsageError("--save-scene", "names the same file as --output", "give another name");
+    }
+  }
   if (arguments.has("again")) return render_again(arguments, output);
 
   const nlohmann::json document = document_from(arguments);
