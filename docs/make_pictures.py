@@ -9,7 +9,7 @@ last command before it prints.
     python3 docs/make_pictures.py [--isolux PATH] [--out DIR]   makes the pictures
     python3 docs/make_pictures.py [--isolux PATH] --check       compares them byte for byte with
                                                                 docs/pictures; exit 1 if any differ
-    python3 docs/make_pictures.py --volumes DIR                 writes the volumes alone, to play with
+    python3 docs/make_pictures.py --volumes DIR                 writes the volumes alone
 
 What needs the CT scan (an isolux command without an input) is skipped, and named, where the scan
 is not on this machine. Standard library only.
@@ -92,7 +92,7 @@ def write_beams(folder):
 
 
 def write_lobes(folder):
-    """Phong's highlight as a body: its skin lies at the distance 60 max(0, w.r)^n in direction w."""
+    """Phong's highlight as a body: in direction w its skin lies at 60 max(0, w.r)^n."""
     dims, at, s = (115, 65, 71), (47, 32, 5), sqrt(0.5)
     r = (s, 0, s)
 

@@ -222,7 +222,8 @@ class WrongInputs(Refusals):
             whole = write_nrrd(self.folder / "whole.nrrd", (4, 4, 4), values, encoding=encoding)
             data = whole.read_bytes()
             (self.folder / "whole.nrrd").unlink()
-            for cut in (1, 20, len(data) - data.index(b"\n\n") - 2, len(data) - 30, len(data) - 5):
+            # The last 8 bytes of a gzip stream are its checksum and length, and hold no voxel.
+            for cut in (1 if encoding == "raw" else 12, 20, len(data) - data.index(b"\n\n") - 2, len(data) - 30, len(data) - 5):
                 with self.subTest(f"{encoding}, less {cut} bytes"):
                     (self.folder / "cut.nrrd").write_bytes(data[:-cut])
                     self.unreadable("cut.nrrd")

@@ -29,6 +29,7 @@ json read_scene_file(const std::string& path) {
 
 std::vector<std::shared_ptr<const Volume>> volumes_of(const std::vector<ReadResult>& inputs) {
   std::vector<std::shared_ptr<const Volume>> volumes;
+  volumes.reserve(inputs.size());
   for (const ReadResult& input : inputs) volumes.push_back(input.volume);
   return volumes;
 }

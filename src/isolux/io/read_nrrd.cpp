@@ -147,6 +147,10 @@ ReadResult read(const ReadRequest& request) {
     count *= nrrd->axis[axis].size;
   }
   volume->world_from_index = placement(*nrrd, result);
+  const std::string unit = nrrd->spaceUnits[0] ? nrrd->spaceUnits[0] : "";
+  if (!unit.empty() && unit != "mm" && unit != "millimeter" && unit != "millimeters") {
+    result.notes.push_back("its lengths are in '" + unit + "' and taken as mm, number for number");
+  }
   const auto type = stored_type(nrrd->type);
   if (!type) throw WorkError(result.name, "its voxel type is not a number", "convert it first");
   volume->voxels = voxels_from(*type, nrrd->data, count, {}, result.notes);

@@ -32,7 +32,7 @@ inline double lerp_exact(double a, double b, double w) {
 /// alone, to the last bit, so two cells that share a face agree on it.
 inline double interpolate(const CellCorners& c, Vec3 local) {
   double z[2];
-  for (unsigned k = 0; k < 2; ++k) {
+  for (std::size_t k = 0; k < 2; ++k) {
     const double low = lerp_exact(c[4 * k], c[4 * k + 1], local.x);
     const double high = lerp_exact(c[4 * k + 2], c[4 * k + 3], local.x);
     z[k] = lerp_exact(low, high, local.y);
