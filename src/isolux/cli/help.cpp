@@ -36,6 +36,9 @@ std::string value_name(const Option& option) {
     return option.kind_first ? "KIND,key=value,..." : "key=value,...";
   if (option.name == "output") return "OUT.{png,exr}";
   if (option.name == "pixel") return "X,Y";
+  if (option.name == "max-memory") return "SIZE";
+  if (option.name == "series") return "NUMBER|UID";
+  if (option.name == "crop") return "I0:J0:K0,I1:J1:K1";
   return option.type == ValueType::kText ? "FILE" : value_pattern(option);
 }
 

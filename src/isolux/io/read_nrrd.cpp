@@ -117,6 +117,12 @@ Affine placement(const Nrrd& nrrd, ReadResult& result) {
   return world_from_index;
 }
 
+// The value of one of the header's own "key:=value" lines, or an empty text.
+std::string key_value(const Nrrd& nrrd, const char* key) {
+  const std::unique_ptr<char, decltype(&std::free)> value(nrrdKeyValueGet(&nrrd, key), std::free);
+  return value ? value.get() : "";
+}
+
 ReadResult read(const ReadRequest& request) {
   const NrrdHeader header = read_nrrd_header(request.name);
   ReadResult result{nullptr, request.name, "NRRD", {request.name}, {}};
@@ -147,6 +153,8 @@ ReadResult read(const ReadRequest& request) {
     count *= nrrd->axis[axis].size;
   }
   volume->world_from_index = placement(*nrrd, result);
+  volume->modality = key_value(*nrrd, "modality");
+  volume->units = key_value(*nrrd, "units");
   const std::string unit = nrrd->spaceUnits[0] ? nrrd->spaceUnits[0] : "";
   if (!unit.empty() && unit != "mm" && unit != "millimeter" && unit != "millimeters") {
     result.notes.push_back("its lengths are in '" + unit + "' and taken as mm, number for number");

@@ -1,0 +1,51 @@
+#include "isolux/io/data_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "isolux/base/error.h"
+#include "isolux/base/number_text.h"
+
+namespace isolux {
+
+namespace fs = std::filesystem;
+
+std::string data_file_beside(const std::string& header_path, const std::string& named) {
+  const fs::path name(named);
+  const bool steps_up = std::ranges::find(name, fs::path("..")) != name.end();
+  if (named.empty() || name.is_absolute() || steps_up) {
+    throw WorkError(header_path, "names the data file '" + named + "'",
+                    "a header may only name files beside or below itself");
+  }
+  return (fs::path(header_path).parent_path() / name).string();
+}
+
+std::vector<std::string> numbered_files(const std::string& pattern, long long first, long long last,
+                                        long long step) {
+  const std::size_t percent = pattern.find('%');
+  if (percent == std::string::npos || step == 0) return {};
+  const std::size_t d = pattern.find('d', percent);
+  if (d == std::string::npos) return {};
+  const std::string width_text = pattern.substr(percent + 1, d - percent - 1);
+  const auto width = parse_whole_number(width_text.empty() ? "0" : width_text);
+  constexpr long long kWidest = 20;
+  if (!width || *width < 0 || *width > kWidest || width_text.starts_with('+')) return {};
+
+  constexpr double kMostFiles = 1e6, kLargestNumber = 1e15;
+  const double steps = (static_cast<double>(last) - static_cast<double>(first)) /
+                       static_cast<double>(step);
+  if (std::fabs(static_cast<double>(first)) > kLargestNumber || !(steps >= 0 && steps < kMostFiles))
+    return {};
+  std::vector<std::string> files;
+  for (long long n = 0; n <= static_cast<long long>(steps); ++n) {
+    std::string number = std::to_string(first + n * step);
+    const auto wanted = static_cast<std::size_t>(*width);
+    const char fill = width_text.starts_with('0') ? '0' : ' ';
+    if (number.size() < wanted) number.insert(0, wanted - number.size(), fill);
+    files.push_back(pattern.substr(0, percent) + number + pattern.substr(d + 1));
+  }
+  return files;
+}
+
+}  // namespace isolux
