@@ -5,6 +5,7 @@
 #include "isolux/base/error.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
+#include "isolux/io/data_file.h"
 
 namespace isolux {
 namespace {
@@ -20,6 +21,10 @@ const Option kMaxMemory{.name = "max-memory",
                         .type = kText,
                         .sentence = "how much memory data may take: 8G, 500M, or 50%",
                         .default_text = "80%"};
+const Option kTrust{
+    .name = "trust",
+    .type = kFlag,
+    .sentence = "let a header name data files anywhere, not only beside or below it"};
 const Option kIsa{.name = "isa",
                   .type = kChoice,
                   .sentence = "hold the program to an instruction set",
@@ -51,6 +56,7 @@ std::vector<Command> make_commands() {
                      "inputs lie now"},
         kThreads,
         kMaxMemory,
+        kTrust,
         kIsa,
         kProgress},
        true,
@@ -73,6 +79,7 @@ std::vector<Command> make_commands() {
         kScene,
         kThreads,
         kMaxMemory,
+        kTrust,
         kIsa,
         kProgress},
        true,
@@ -83,7 +90,7 @@ std::vector<Command> make_commands() {
        "[INPUT]",
        "say what a file holds and how it was understood",
        {kJson, scene_option("dims"), scene_option("type"), scene_option("spacing"),
-        scene_option("volume"), scene_option("series"), kMaxMemory, kProgress},
+        scene_option("volume"), scene_option("series"), kMaxMemory, kTrust, kProgress},
        false,
        {{"isolux info phantom:head", "size, place in space, values, iso values worth trying"}},
        run_info},
@@ -106,6 +113,7 @@ std::vector<Command> make_commands() {
         scene_option("volume"),
         scene_option("series"),
         kMaxMemory,
+        kTrust,
         kProgress},
        false,
        {{"isolux convert phantom:sphere sphere.nii.gz", "for programs that read NIfTI"},
@@ -124,6 +132,8 @@ std::vector<Command> make_commands() {
         kJson,
         kScene,
         kThreads,
+        kMaxMemory,
+        kTrust,
         kIsa},
        true,
        {{"isolux bench phantom:head --size 256x256 --frames 3", "medians over three frames"}},
@@ -209,7 +219,8 @@ Arguments parse(const Command& command, const std::vector<std::string>& argument
   return parsed;
 }
 
-void apply_memory_limit(const Arguments& arguments) {
+void apply_policies(const Arguments& arguments) {
+  if (arguments.has("trust")) trust_headers();
   if (!arguments.has("max-memory")) return;
   const auto bytes = parse_memory(arguments.at("max-memory"));
   if (!bytes) {

@@ -43,8 +43,8 @@ std::vector<Option> all_options(const Command& command);
 /// @throws UsageError  on unknown options, missing values, or options given twice.
 Arguments parse(const Command& command, const std::vector<std::string>& arguments);
 
-/// Lets memory checks know of --max-memory, if it is given.
-void apply_memory_limit(const Arguments& arguments);
+/// Makes --max-memory and --trust hold for the whole process, where they are given.
+void apply_policies(const Arguments& arguments);
 
 /// How many threads the command may use; 0: all.
 int thread_count(const Arguments& arguments);

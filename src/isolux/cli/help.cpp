@@ -14,10 +14,13 @@ constexpr const char* kForms =
     "patient's left, +y to posterior, +z to superior). Angles are in degrees.\n";
 
 constexpr const char* kInputs =
-    "An INPUT is a file (NRRD or NHDR, an InVesalius project, headerless raw with --dims and\n"
-    "--type) or a built-in volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each "
-    "also\n"
-    "with ,size=N. Without INPUT: a real CT head.\n";
+    "An INPUT is a DICOM folder or file, NIfTI (.nii, .nii.gz, .hdr/.img), NRRD or NHDR, "
+    "MetaImage\n"
+    "(.mha, .mhd), an InVesalius project (.inv3), a TIFF of several pages or a folder of TIFFs,\n"
+    "headerless raw with --dims and --type, or a built-in volume: phantom:head, phantom:sphere,\n"
+    "phantom:marschner-lobb, each also with ,size=N. The format is found by content. Without "
+    "INPUT:\n"
+    "a real CT head.\n";
 
 std::string sentence_of(const Option& option) {
   std::string text = option.sentence;

@@ -58,7 +58,7 @@ int run_unguarded(const std::vector<std::string>& arguments) {
       throw UsageError("--" + option.name, option.not_yet, "leave it out");
     }
   }
-  apply_memory_limit(parsed);
+  apply_policies(parsed);
   int status = 0;
   with_threads(thread_count(parsed), [&] { status = command.run(command, parsed); });
   return status;

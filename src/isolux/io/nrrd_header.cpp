@@ -6,31 +6,18 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <sstream>
 
 #include "isolux/base/error.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
 #include "isolux/io/data_file.h"
+#include "isolux/io/header_text.h"
 #include "isolux/io/stored_voxels.h"
 
 namespace isolux {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r\n");
-  if (first == std::string::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
-}
-
-std::vector<std::string> words(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> list;
-  for (std::string word; stream >> word;) list.push_back(word);
-  return list;
-}
 
 // Field names may be written with or without their space ("data file", "datafile").
 std::string field_name(const std::string& text) {
@@ -186,6 +173,8 @@ NrrdHeader read_nrrd_header(const std::string& path) {
       header.byte_skip = whole_field(path, "byte skip", value, -1);
     } else if (name == "lineskip") {
       header.line_skip = static_cast<int>(whole_field(path, "line skip", value, 0));
+    } else if (name == "endian") {
+      header.big_endian = value == "big";
     } else if (name == "datafile") {
       header.data_files = read_data_files(path, value, file);
       for (std::string& data : header.data_files) data = data_file_beside(path, data);

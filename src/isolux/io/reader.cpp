@@ -15,9 +15,6 @@ namespace fs = std::filesystem;
 
 std::string first_bytes_of(const std::string& path) {
   std::error_code error;
-  if (fs::is_directory(path, error)) {
-    throw WorkError(path, "is a folder", "this version reads single files");
-  }
   if (!fs::exists(path, error)) {
     throw WorkError(path, "there is no such file", "check the name, or see `isolux --help`");
   }
@@ -37,23 +34,46 @@ void replace_spacing(Volume& volume, Vec3 spacing) {
   volume.world_from_index.linear = unit * diagonal(spacing);
 }
 
-ReadResult read_file(const ReadRequest& request) {
-  const std::string first_bytes = first_bytes_of(request.name);
-  for (const Format& format : {nrrd_format(), inv3_format()}) {
-    if (!format.recognises(request, first_bytes)) continue;
-    ReadResult result = format.read(request);
-    if (request.grid.spacing_mm) {
-      auto placed = std::make_shared<Volume>(*result.volume);
-      replace_spacing(*placed, *request.grid.spacing_mm);
-      result.volume = placed;
-      result.notes.push_back("the file's own spacing was replaced by --spacing");
+// A folder holds one volume as a stack of files.
+ReadResult read_folder(const ReadRequest& request) {
+  const std::vector<std::string> slices = find_dicom_files(request.name);
+  if (!slices.empty()) return read_dicom_folder(request, slices);
+  std::vector<std::string> tiffs;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(request.name, error)) {
+    if (!entry.is_regular_file(error)) continue;
+    if (tiff_format().recognises(request, first_bytes_of(entry.path().string()))) {
+      tiffs.push_back(entry.path().string());
     }
-    return result;
+  }
+  if (!tiffs.empty()) return read_tiff_folder(request, tiffs);
+  throw WorkError(request.name, "is a folder without DICOM or TIFF files",
+                  "give a file, or a folder of one stack");
+}
+
+ReadResult read_known_format(const ReadRequest& request) {
+  if (std::error_code error; fs::is_directory(request.name, error)) return read_folder(request);
+  const std::string first_bytes = first_bytes_of(request.name);
+  for (const Format& format : {nrrd_format(), nifti_format(), metaimage_format(), inv3_format(),
+                               dicom_format(), tiff_format()}) {
+    if (format.recognises(request, first_bytes)) return format.read(request);
   }
   if (request.grid.dims || request.grid.type) return read_raw(request);
-  throw WorkError(request.name,
-                  "is of no format that this version reads (NRRD, InVesalius project)",
-                  "a headerless raw file needs --dims and --type");
+  std::error_code error;
+  const std::string guess = raw_guess(fs::file_size(request.name, error));
+  throw WorkError(request.name, "is of no format that this version reads",
+                  "a headerless raw file needs --dims and --type" +
+                      (guess.empty() ? "; `isolux --help` lists the formats" : ": " + guess));
+}
+
+ReadResult read_file(const ReadRequest& request) {
+  ReadResult result = read_known_format(request);
+  if (!request.grid.spacing_mm || result.format == "raw") return result;
+  auto placed = std::make_shared<Volume>(*result.volume);
+  replace_spacing(*placed, *request.grid.spacing_mm);
+  result.volume = placed;
+  result.notes.push_back("the file's own spacing was replaced by --spacing");
+  return result;
 }
 
 ReadResult read_example_head(const ReadRequest& request) {

@@ -25,7 +25,7 @@ struct ReadRequest {
 struct ReadResult {
   std::shared_ptr<const Volume> volume;
   std::string name;                ///< as it is to be named again; differs for a missing example
-  std::string format;              ///< "NRRD", "InVesalius project", "raw", "built-in"
+  std::string format;              ///< "NRRD", "NIfTI-1", "MetaImage", "raw", "built-in", ...
   std::vector<std::string> files;  ///< every file that was read; empty for built-in volumes
   std::vector<std::string> notes;  ///< decisions, a sentence each
   int volume_count = 1;            ///< how many --volume could choose from

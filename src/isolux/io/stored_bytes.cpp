@@ -136,7 +136,8 @@ double stored_size(const StoredBytes& from) {
   std::error_code error;
   const double size = static_cast<double>(fs::file_size(from.path, error));
   if (error) {
-    throw WorkError(from.path, "cannot be read: " + error.message(), "it should lie there");
+    throw WorkError(from.path, "cannot be read: " + error.message(),
+                    "a header needs its data files beside or below it");
   }
   return std::max(0.0, size - static_cast<double>(from.offset));
 }

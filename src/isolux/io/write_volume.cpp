@@ -4,9 +4,8 @@
 #include <zlib.h>
 
 #include <cstring>
-#include <functional>
-#include <map>
 #include <string_view>
+#include <utility>
 
 #include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
@@ -133,11 +132,11 @@ std::string as_gzipped_nifti(const Volume& volume) { return deflated(as_nifti(vo
 using Encoder = std::string (*)(const Volume&);
 
 Encoder encoder_for(const std::string& path) {
-  static const std::map<std::string, Encoder> encoders = {{".nrrd", as_nrrd},
-                                                          {".mha", as_metaimage},
-                                                          {".nii", as_nifti},
-                                                          {".nii.gz", as_gzipped_nifti}};
-  for (const auto& [ending, encoder] : encoders) {
+  constexpr std::pair<const char*, Encoder> kEncoders[] = {{".nrrd", as_nrrd},
+                                                           {".mha", as_metaimage},
+                                                           {".nii", as_nifti},
+                                                           {".nii.gz", as_gzipped_nifti}};
+  for (const auto& [ending, encoder] : kEncoders) {
     if (path.ends_with(ending)) return encoder;
   }
   throw UsageError(path, "is of no format that is written here",
