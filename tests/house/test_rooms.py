@@ -14,7 +14,7 @@ ONLY_IN = {
     r"<NrrdIO\.h>": {"io/read_nrrd.cpp"},
     r"<nifti/nifti2_io\.h>": {"io/nifti_header.cpp"},
     r"<gdcm": {"io/dicom_parse.cpp"},
-    r"<archive(_entry)?\.h>": {"io/read_inv3.cpp"},
+    r"<archive(_entry)?\.h>": {"io/read_inv3.cpp", "io/unpacked_zip.cpp"},
     r"<pugixml\.hpp>": {"io/read_inv3.cpp"},
     r"<openssl/": {"io/checksum.cpp"},
     r"<png\.h>": {"image/png.cpp"},

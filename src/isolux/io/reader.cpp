@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <utility>
 
 #include "isolux/base/error.h"
 #include "isolux/io/format.h"
+#include "isolux/io/unpacked_zip.h"
 
 namespace isolux {
 namespace {
@@ -35,29 +37,75 @@ void replace_spacing(Volume& volume, Vec3 spacing) {
 }
 
 // A folder holds one volume as a stack of files.
-ReadResult read_folder(const ReadRequest& request) {
+std::vector<Format> formats() {
+  // DICOM before TIFF: a DICOM file may begin with a TIFF header as well.
+  return {nrrd_format(), nifti_format(), metaimage_format(),
+          inv3_format(), dicom_format(), tiff_format()};
+}
+
+const Format* format_of(const std::vector<Format>& among, const ReadRequest& request) {
+  const std::string first_bytes = first_bytes_of(request.name);
+  const auto found = std::ranges::find_if(
+      among, [&](const Format& format) { return format.recognises(request, first_bytes); });
+  return found == among.end() ? nullptr : &*found;
+}
+
+// A stack of files: a DICOM series, or TIFFs. Nothing where the folder holds neither.
+std::optional<ReadResult> read_stack(const ReadRequest& request) {
   const std::vector<std::string> slices = find_dicom_files(request.name);
   if (!slices.empty()) return read_dicom_folder(request, slices);
   std::vector<std::string> tiffs;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(request.name, error)) {
     if (!entry.is_regular_file(error)) continue;
-    if (tiff_format().recognises(request, first_bytes_of(entry.path().string()))) {
-      tiffs.push_back(entry.path().string());
-    }
+    const std::string path = entry.path().string();
+    if (format_of({tiff_format()}, {path, request.grid})) tiffs.push_back(path);
   }
-  if (!tiffs.empty()) return read_tiff_folder(request, tiffs);
+  if (tiffs.empty()) return std::nullopt;
+  return read_tiff_folder(request, tiffs);
+}
+
+ReadResult read_folder(const ReadRequest& request) {
+  if (auto stack = read_stack(request)) return *stack;
   throw WorkError(request.name, "is a folder without DICOM or TIFF files",
                   "give a file, or a folder of one stack");
 }
 
+// The one volume, or the one stack, in an unpacked zip.
+ReadResult read_unpacked(const ReadRequest& request, const UnpackedZip& zip) {
+  if (auto stack = read_stack({zip.folder().string(), request.grid, request.listener})) {
+    return *stack;
+  }
+  const std::vector<Format> known = formats();
+  std::optional<ReadResult> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(zip.folder())) {
+    const ReadRequest inside{entry.path().string(), request.grid, request.listener};
+    const Format* format = format_of(known, inside);
+    if (!format) continue;
+    if (found) {
+      throw WorkError(request.name, "holds several volumes", "unpack it and name the wanted one");
+    }
+    found = format->read(inside);
+  }
+  if (found) return *found;
+  throw WorkError(request.name, "is a zip archive without a volume that this version reads",
+                  "`isolux --help` lists the formats");
+}
+
+ReadResult read_zip(const ReadRequest& request) {
+  const UnpackedZip zip(request.name);
+  ReadResult result = read_unpacked(request, zip);
+  result.files = {request.name};
+  result.notes.insert(result.notes.begin(),
+                      "unpacked " + std::to_string(zip.file_count()) + " files from the zip");
+  return result;
+}
+
 ReadResult read_known_format(const ReadRequest& request) {
   if (std::error_code error; fs::is_directory(request.name, error)) return read_folder(request);
-  const std::string first_bytes = first_bytes_of(request.name);
-  for (const Format& format : {nrrd_format(), nifti_format(), metaimage_format(), inv3_format(),
-                               dicom_format(), tiff_format()}) {
-    if (format.recognises(request, first_bytes)) return format.read(request);
-  }
+  const std::vector<Format> known = formats();
+  if (const Format* format = format_of(known, request)) return format->read(request);
+  if (first_bytes_of(request.name).starts_with("PK\3\4")) return read_zip(request);
   if (request.grid.dims || request.grid.type) return read_raw(request);
   std::error_code error;
   const std::string guess = raw_guess(fs::file_size(request.name, error));
