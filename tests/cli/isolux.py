@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = str(Path(os.environ.get("ISOLUX", ROOT / "build/release/isolux")).resolve())
 SHARED = Path(os.environ.get("SHARED", ROOT.parent / "shared")).resolve()
 SECONDS = 30  # a bound against hanging; nothing here takes more than a few
+WORK, USAGE = 1, 2  # exit statuses
 
 needs_shared = unittest.skipUnless((SHARED / "data").is_dir(), f"{SHARED}/data is not here")
 

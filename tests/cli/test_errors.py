@@ -11,10 +11,9 @@ import subprocess
 import tarfile
 import unittest
 
-from isolux import PROGRAM, SHARED, TestCase, needs_shared
+from isolux import PROGRAM, SHARED, USAGE, WORK, TestCase, needs_shared
 from pictures import read_exr, voxel_bytes, write_nrrd
 
-WORK, USAGE = 1, 2
 HEADER = "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nendian: little\nencoding: raw\n"
 LIMIT = 1 << 30  # bytes of address space
 

@@ -9,10 +9,9 @@ import unittest
 from pathlib import Path
 from unittest.mock import ANY
 
-from isolux import ROOT, SHARED, TestCase, listed, needs_shared, options_of
+from isolux import ROOT, SHARED, USAGE, WORK, TestCase, listed, needs_shared, options_of
 from pictures import BLOB_DIMS, blob, grid, png_bytes, png_chunks, read_exr, read_png, write_nrrd
 
-WORK, USAGE = 1, 2
 RICH = {"size": "40x32", "surface": ["iso=0,ka=0.1:0.2:0.3,kd=0.9:0.6:0.5,shininess=7", "iso=300"],
         "light": ["point,at=3:2:40,space=index,color=0.1:0.2:0.3",
                   "directional,to=-3:-5:8,attach=camera,intensity=0.7"],
@@ -343,9 +342,12 @@ class NoSilentSwitch(BlobCase):
         "bounces": {"bounces": 1}, "spp": {"spp": 4}, "seed": {"seed": 1},
         "transfer": {"transfer": "ct-head"}, "clip": {"clip": "at=0:0:0,normal=0:0:1"},
         "isa": {"isa": "avx2"},
+        # This input has one volume and is no DICOM; test_formats.py has those that do.
+        "volume": {"volume": 1}, "series": {"series": 1},
     }
     # Not of the scene: tested where they belong.
-    OTHER = {"output", "scene", "save-scene", "again", "threads", "progress"}
+    OTHER = {"output", "scene", "save-scene", "again", "threads", "progress",
+             "max-memory", "trust"}
 
     def test_every_option_and_field_is_listed_here(self):
         names = set()

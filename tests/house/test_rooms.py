@@ -12,7 +12,9 @@ import draw_rooms  # noqa: E402
 # Libraries whose headers are heavy or belong to one job: the only files that may include them.
 ONLY_IN = {
     r"<NrrdIO\.h>": {"io/read_nrrd.cpp"},
-    r"<archive(_entry)?\.h>": {"io/read_inv3.cpp"},
+    r"<nifti/nifti2_io\.h>": {"io/nifti_header.cpp"},
+    r"<gdcm": {"io/dicom_parse.cpp"},
+    r"<archive(_entry)?\.h>": {"io/read_inv3.cpp", "io/unpacked_zip.cpp"},
     r"<pugixml\.hpp>": {"io/read_inv3.cpp"},
     r"<openssl/": {"io/checksum.cpp"},
     r"<png\.h>": {"image/png.cpp"},
@@ -71,6 +73,8 @@ class Rooms(unittest.TestCase):
     def test_heavy_headers_stay_in_their_one_file(self):
         sources = ROOT / "src" / "isolux"
         for path in sorted(sources.rglob("*.h")) + sorted(sources.rglob("*.cpp")):
+            if path.name.endswith("_test.cpp"):
+                continue
             for header, homes in ONLY_IN.items():
                 if re.search(r"#include\s+" + header, path.read_text()):
                     self.assertIn(path.relative_to(sources).as_posix(), homes)

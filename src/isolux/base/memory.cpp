@@ -2,20 +2,48 @@
 
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "isolux/base/error.h"
+#include "isolux/base/number_text.h"
 
 namespace isolux {
 
-void check_memory(double bytes, const std::string& what) {
-  constexpr double kShare = 0.8;
-  const double machine =
-      static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
-  if (bytes > kShare * machine) {
-    throw WorkError(what, "needs " + bytes_text(bytes) + " of memory",
-                    "this machine has " + bytes_text(machine));
+namespace {
+
+double machine_bytes() {
+  return static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
+         static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+double& memory_limit() {
+  static double limit = 0.8 * machine_bytes();
+  return limit;
+}
+
+}  // namespace
+
+void set_memory_limit(double bytes) { memory_limit() = bytes; }
+
+std::optional<double> parse_memory(std::string_view text) {
+  double unit = 1;
+  const std::size_t suffix = std::string_view("kMGT").find(text.empty() ? ' ' : text.back());
+  if (text.ends_with('%')) {
+    unit = machine_bytes() / 100;
+  } else if (suffix != std::string_view::npos) {
+    unit = std::pow(1000.0, static_cast<double>(suffix) + 1);
   }
+  if (unit != 1) text.remove_suffix(1);
+  const auto number = parse_number(text);
+  if (!number || *number <= 0) return std::nullopt;
+  return *number * unit;
+}
+
+void check_memory(double bytes, const std::string& what) {
+  if (bytes <= memory_limit()) return;
+  throw WorkError(what, "needs " + bytes_text(bytes) + " of memory",
+                  "the limit is " + bytes_text(memory_limit()) + ", set by --max-memory");
 }
 
 std::string bytes_text(double bytes) {

@@ -3,7 +3,9 @@
 #include <CLI/CLI.hpp>
 
 #include "isolux/base/error.h"
+#include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
+#include "isolux/io/data_file.h"
 
 namespace isolux {
 namespace {
@@ -15,6 +17,14 @@ const Option kThreads{.name = "threads",
                       .sentence = "how many threads to use (default: all cores)",
                       .low = 1,
                       .high = 1024};
+const Option kMaxMemory{.name = "max-memory",
+                        .type = kText,
+                        .sentence = "how much memory data may take: 8G, 500M, or 50%",
+                        .default_text = "80%"};
+const Option kTrust{
+    .name = "trust",
+    .type = kFlag,
+    .sentence = "let a header name data files anywhere, not only beside or below it"};
 const Option kIsa{.name = "isa",
                   .type = kChoice,
                   .sentence = "hold the program to an instruction set",
@@ -45,6 +55,8 @@ std::vector<Command> make_commands() {
          .sentence = "make a PNG or EXR of isolux again from what it carries; INPUTs say where the "
                      "inputs lie now"},
         kThreads,
+        kMaxMemory,
+        kTrust,
         kIsa,
         kProgress},
        true,
@@ -66,6 +78,8 @@ std::vector<Command> make_commands() {
         kJson,
         kScene,
         kThreads,
+        kMaxMemory,
+        kTrust,
         kIsa,
         kProgress},
        true,
@@ -75,10 +89,37 @@ std::vector<Command> make_commands() {
       {"info",
        "[INPUT]",
        "say what a file holds and how it was understood",
-       {kJson, scene_option("dims"), scene_option("type"), scene_option("spacing"), kProgress},
+       {kJson, scene_option("dims"), scene_option("type"), scene_option("spacing"),
+        scene_option("volume"), scene_option("series"), kMaxMemory, kTrust, kProgress},
        false,
        {{"isolux info phantom:head", "size, place in space, values, iso values worth trying"}},
        run_info},
+      {"convert",
+       "INPUT OUT.{nrrd,nii.gz,nii,mha}",
+       "write a volume in another format, placed as it was",
+       {{.name = "crop",
+         .type = kText,
+         .sentence = "only the block of voxels I0:J0:K0,I1:J1:K1, both corners included"},
+        {.name = "resample",
+         .type = kVector,
+         .sentence = "trilinear samples at another distance between voxel centres, after --crop",
+         .unit = "mm",
+         .low = 0,
+         .high = 1e9,
+         .low_excluded = true},
+        scene_option("dims"),
+        scene_option("type"),
+        scene_option("spacing"),
+        scene_option("volume"),
+        scene_option("series"),
+        kMaxMemory,
+        kTrust,
+        kProgress},
+       false,
+       {{"isolux convert phantom:sphere sphere.nii.gz", "for programs that read NIfTI"},
+        {"isolux convert phantom:head,size=64 face.nrrd --crop 0:0:0,63:31:63 --resample 2:2:2",
+         "the front half, coarser"}},
+       run_convert},
       {"bench",
        "[INPUT...]",
        "time the parts of a frame",
@@ -91,6 +132,8 @@ std::vector<Command> make_commands() {
         kJson,
         kScene,
         kThreads,
+        kMaxMemory,
+        kTrust,
         kIsa},
        true,
        {{"isolux bench phantom:head --size 256x256 --frames 3", "medians over three frames"}},
@@ -174,6 +217,17 @@ Arguments parse(const Command& command, const std::vector<std::string>& argument
     }
   }
   return parsed;
+}
+
+void apply_policies(const Arguments& arguments) {
+  if (arguments.has("trust")) trust_headers();
+  if (!arguments.has("max-memory")) return;
+  const auto bytes = parse_memory(arguments.at("max-memory"));
+  if (!bytes) {
+    throw UsageError("--max-memory", "'" + arguments.at("max-memory") + "' is no amount of memory",
+                     "give 8G, 500M, or 50%");
+  }
+  set_memory_limit(*bytes);
 }
 
 int thread_count(const Arguments& arguments) {

@@ -43,12 +43,16 @@ std::vector<Option> all_options(const Command& command);
 /// @throws UsageError  on unknown options, missing values, or options given twice.
 Arguments parse(const Command& command, const std::vector<std::string>& arguments);
 
+/// Makes --max-memory and --trust hold for the whole process, where they are given.
+void apply_policies(const Arguments& arguments);
+
 /// How many threads the command may use; 0: all.
 int thread_count(const Arguments& arguments);
 
 int run_render(const Command&, const Arguments&);
 int run_explain(const Command&, const Arguments&);
 int run_info(const Command&, const Arguments&);
+int run_convert(const Command&, const Arguments&);
 int run_bench(const Command&, const Arguments&);
 int run_manual(const Command&, const Arguments&);
 

@@ -14,10 +14,11 @@ constexpr const char* kForms =
     "patient's left, +y to posterior, +z to superior). Angles are in degrees.\n";
 
 constexpr const char* kInputs =
-    "An INPUT is a file (NRRD or NHDR, an InVesalius project, headerless raw with --dims and\n"
-    "--type) or a built-in volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each "
-    "also\n"
-    "with ,size=N. Without INPUT: a real CT head.\n";
+    "An INPUT is a DICOM folder or file, NIfTI (.nii, .nii.gz, .hdr/.img), NRRD or NHDR,\n"
+    "MetaImage (.mha, .mhd), an InVesalius project (.inv3), a TIFF of several pages or a folder\n"
+    "of TIFFs, a zip of one of these, headerless raw with --dims and --type, or a built-in\n"
+    "volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each also with ,size=N. The\n"
+    "format is found by content. Without INPUT: a real CT head.\n";
 
 std::string sentence_of(const Option& option) {
   std::string text = option.sentence;
@@ -36,6 +37,9 @@ std::string value_name(const Option& option) {
     return option.kind_first ? "KIND,key=value,..." : "key=value,...";
   if (option.name == "output") return "OUT.{png,exr}";
   if (option.name == "pixel") return "X,Y";
+  if (option.name == "max-memory") return "SIZE";
+  if (option.name == "series") return "NUMBER|UID";
+  if (option.name == "crop") return "I0:J0:K0,I1:J1:K1";
   return option.type == ValueType::kText ? "FILE" : value_pattern(option);
 }
 

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -49,6 +51,31 @@ json as_json(const ReadResult& input, const ValueStatistics& values,
   return object;
 }
 
+// The histogram as blocks on a logarithmic scale, from the least value to the greatest, with a mark
+// below each suggested iso value.
+void print_histogram(const ValueStatistics& values, const std::vector<SuggestedIso>& suggested) {
+  constexpr const char* kBlocks[] = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+  constexpr std::size_t kColumns = 64;
+  if (values.histogram.size() < kColumns) return;
+  std::vector<double> columns(kColumns, 0);
+  for (std::size_t bin = 0; bin < values.histogram.size(); ++bin) {
+    columns[bin * kColumns / values.histogram.size()] += static_cast<double>(values.histogram[bin]);
+  }
+  const double highest = std::log1p(*std::ranges::max_element(columns));
+  std::cout << "  histogram  ";
+  for (const double count : columns) {
+    // A column with anything in it shows at least the lowest block.
+    const double height = std::ceil(8 * std::log1p(count) / highest);
+    std::cout << kBlocks[static_cast<std::size_t>(height)];
+  }
+  std::string marks(kColumns, ' ');
+  for (const SuggestedIso& iso : suggested) {
+    const double place = (iso.value - values.min) / (values.max - values.min) * kColumns;
+    marks[std::min(kColumns - 1, static_cast<std::size_t>(std::max(0.0, place)))] = '^';
+  }
+  std::cout << "\n             " << marks << "\n";
+}
+
 void print_text(const ReadResult& input, const ValueStatistics& values,
                 const std::vector<SuggestedIso>& suggested) {
   const Volume& volume = *input.volume;
@@ -75,6 +102,7 @@ void print_text(const ReadResult& input, const ValueStatistics& values,
     std::cout << " iso=" << to_text9(iso.value) << " (" << iso.name << ")";
   }
   std::cout << (suggested.empty() ? " none: all voxels have one value\n" : "\n");
+  print_histogram(values, suggested);
   for (const std::string& note : input.notes) std::cout << "  note       " << note << "\n";
 }
 

@@ -58,6 +58,7 @@ int run_unguarded(const std::vector<std::string>& arguments) {
       throw UsageError("--" + option.name, option.not_yet, "leave it out");
     }
   }
+  apply_policies(parsed);
   int status = 0;
   with_threads(thread_count(parsed), [&] { status = command.run(command, parsed); });
   return status;

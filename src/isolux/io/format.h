@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "isolux/io/reader.h"
 
@@ -15,7 +18,26 @@ struct Format {
 };
 
 Format nrrd_format();
+Format nifti_format();
+Format metaimage_format();
 Format inv3_format();
+Format tiff_format();
+Format dicom_format();
+
+/// A stack of TIFF files, in natural order of their names.
+ReadResult read_tiff_folder(const ReadRequest& request, std::vector<std::string> files);
+
+inline constexpr int kDicomFolderDepth = 3;
+
+/// The DICOM files of a folder in natural order; of its sub-folders, to kDicomFolderDepth, where it
+/// has none itself.
+std::vector<std::string> find_dicom_files(const std::string& folder);
+/// One of the series in these files.
+ReadResult read_dicom_folder(const ReadRequest& request, const std::vector<std::string>& files);
+
+/// What a headerless file of that many bytes might hold, as a hint: "14811136 bytes could be
+/// 256x256x113 i16"; empty where no usual size fits.
+std::string raw_guess(std::uintmax_t bytes);
 
 /// Headerless voxels, described by the request's grid.
 ReadResult read_raw(const ReadRequest& request);

@@ -6,30 +6,18 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <sstream>
 
 #include "isolux/base/error.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
+#include "isolux/io/data_file.h"
+#include "isolux/io/header_text.h"
 #include "isolux/io/stored_voxels.h"
 
 namespace isolux {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r\n");
-  if (first == std::string::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
-}
-
-std::vector<std::string> words(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> list;
-  for (std::string word; stream >> word;) list.push_back(word);
-  return list;
-}
 
 // Field names may be written with or without their space ("data file", "datafile").
 std::string field_name(const std::string& text) {
@@ -93,27 +81,9 @@ WorkError damaged(const std::string& path, const std::string& why) {
 std::vector<std::string> pattern_files(const std::string& path, const std::vector<std::string>& w) {
   const auto first = parse_whole_number(w[1]), last = parse_whole_number(w[2]),
              step = parse_whole_number(w[3]);
-  const std::size_t percent = w[0].find('%');
-  const std::size_t d = w[0].find('d', percent);
-  if (!first || !last || !step || *step == 0 || d == std::string::npos) {
-    throw damaged(path, "data file pattern '" + w[0] + "' is not understood");
-  }
-  const std::string width_text = w[0].substr(percent + 1, d - percent - 1);
-  const auto width =
-      width_text.empty() ? std::optional<long long>(0) : parse_whole_number(width_text);
-  constexpr long long kMostFiles = 1'000'000;
-  if (!width || *width < 0 || *width > 20 ||
-      std::llabs(*last - *first) / std::llabs(*step) > kMostFiles) {
-    throw damaged(path, "data file pattern '" + w[0] + "' is not understood");
-  }
   std::vector<std::string> files;
-  for (long long n = *first; *step > 0 ? n <= *last : n >= *last; n += *step) {
-    std::string number = std::to_string(n);
-    const auto wanted = static_cast<std::size_t>(*width);
-    const char fill = width_text.starts_with('0') ? '0' : ' ';
-    if (number.size() < wanted) number.insert(0, wanted - number.size(), fill);
-    files.push_back(w[0].substr(0, percent) + number + w[0].substr(d + 1));
-  }
+  if (first && last && step) files = numbered_files(w[0], *first, *last, *step);
+  if (files.empty()) throw damaged(path, "data file pattern '" + w[0] + "' is not understood");
   return files;
 }
 
@@ -203,10 +173,11 @@ NrrdHeader read_nrrd_header(const std::string& path) {
       header.byte_skip = whole_field(path, "byte skip", value, -1);
     } else if (name == "lineskip") {
       header.line_skip = static_cast<int>(whole_field(path, "line skip", value, 0));
+    } else if (name == "endian") {
+      header.big_endian = value == "big";
     } else if (name == "datafile") {
       header.data_files = read_data_files(path, value, file);
-      for (std::string& data : header.data_files)
-        data = (fs::path(path).parent_path() / data).string();
+      for (std::string& data : header.data_files) data = data_file_beside(path, data);
       if (file.eof()) break;
     }
   }

@@ -13,6 +13,7 @@ struct NrrdHeader {
   double bytes_per_sample = 0;
   double byte_skip = 0;  ///< before the data in each file; -1: data are at the end
   int line_skip = 0;
+  bool big_endian = false;
   std::vector<std::string> data_files;  ///< where the data lie; empty: behind the header
   double header_bytes = 0;              ///< length of the header with its blank line
 

@@ -1,13 +1,16 @@
 #include <NrrdIO.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <fstream>
 #include <memory>
 #include <optional>
 
 #include "isolux/base/error.h"
 #include "isolux/io/format.h"
 #include "isolux/io/nrrd_header.h"
+#include "isolux/io/stored_bytes.h"
 #include "isolux/io/stored_voxels.h"
 
 // By ITK's NrrdIO, the reading part of teem. ITK's own class on top of it (itkNrrdImageIO) is left
@@ -22,15 +25,65 @@ bool recognises(const ReadRequest&, std::string_view first_bytes) {
 
 using NrrdPointer = std::unique_ptr<Nrrd, decltype(&nrrdNuke)>;
 
-NrrdPointer load(const std::string& path) {
+// Reads the header alone, or the data as well.
+NrrdPointer load(const std::string& path, bool with_data) {
   NrrdPointer nrrd(nrrdNew(), nrrdNuke);
-  if (nrrdLoad(nrrd.get(), path.c_str(), nullptr) == 0) return nrrd;
+  const std::unique_ptr<NrrdIoState, decltype(&nrrdIoStateNix)> state(nrrdIoStateNew(),
+                                                                      nrrdIoStateNix);
+  nrrdIoStateSet(state.get(), nrrdIoStateSkipData, with_data ? 0 : 1);
+  if (nrrdLoad(nrrd.get(), path.c_str(), state.get()) == 0) return nrrd;
   const std::unique_ptr<char, decltype(&std::free)> message(biffGetDone(NRRD), std::free);
   // The first line of the message is the outermost; the last says what went wrong in the end.
   std::string why = message ? message.get() : "unknown error";
   while (why.ends_with('\n')) why.pop_back();
   why.erase(0, why.rfind('\n') + 1);
   throw WorkError(path, "cannot be read as NRRD: " + why, "is the file complete?");
+}
+
+// Where the data of one file begin, behind `lines` lines.
+std::uint64_t behind_lines(const std::string& path, std::uint64_t offset, int lines) {
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(offset));
+  std::string line;
+  for (int n = 0; n < lines; ++n) {
+    if (!std::getline(file, line)) {
+      throw WorkError(path, "has fewer lines than its header skips", "mend the line skip");
+    }
+  }
+  return static_cast<std::uint64_t>(file.tellg());
+}
+
+// The data as they are stored, raw or gzip, of all files one behind the other.
+void read_data(const ReadRequest& request, const NrrdHeader& header, std::uint64_t bytes,
+               char* to) {
+  const bool deflated = header.encoding != "raw";
+  const bool attached = header.data_files.empty();
+  const std::vector<std::string> files =
+      attached ? std::vector<std::string>{request.name} : header.data_files;
+  const std::uint64_t share = bytes / files.size();
+  if (share * files.size() != bytes) {
+    throw WorkError(request.name, "its data do not fill its data files evenly", "mend the header");
+  }
+  for (const std::string& file : files) {
+    const auto begin = attached ? static_cast<std::uint64_t>(header.header_bytes) : 0;
+    StoredBytes stored{file, behind_lines(file, begin, header.line_skip), deflated};
+    std::uint64_t skip = header.byte_skip > 0 ? static_cast<std::uint64_t>(header.byte_skip) : 0;
+    if (header.byte_skip < 0) {  // the data stand at the end
+      if (deflated) {
+        throw WorkError(file, "a byte skip of -1 does not go with gzip", "mend the header");
+      }
+      stored.offset = 0;
+      skip = static_cast<std::uint64_t>(stored_size(stored)) - share;
+    }
+    const std::size_t got = read_bytes(stored, skip, to, share, request.listener);
+    if (got < share) {
+      throw WorkError(file,
+                      "ends too early: " + std::to_string(got) + " of " + std::to_string(share) +
+                          " bytes of voxels are there",
+                      "is the file complete?");
+    }
+    to += share;
+  }
 }
 
 std::optional<StoredType> stored_type(int nrrd_type) {
@@ -117,12 +170,20 @@ Affine placement(const Nrrd& nrrd, ReadResult& result) {
   return world_from_index;
 }
 
+// The value of one of the header's own "key:=value" lines, or an empty text.
+std::string key_value(const Nrrd& nrrd, const char* key) {
+  const std::unique_ptr<char, decltype(&std::free)> value(nrrdKeyValueGet(&nrrd, key), std::free);
+  return value ? value.get() : "";
+}
+
 ReadResult read(const ReadRequest& request) {
   const NrrdHeader header = read_nrrd_header(request.name);
   ReadResult result{nullptr, request.name, "NRRD", {request.name}, {}};
   result.files.insert(result.files.end(), header.data_files.begin(), header.data_files.end());
 
-  const NrrdPointer nrrd = load(request.name);
+  const bool by_us =
+      header.encoding == "raw" || header.encoding == "gzip" || header.encoding == "gz";
+  const NrrdPointer nrrd = load(request.name, !by_us);
   for (unsigned axis = 0; axis < nrrd->dim; ++axis) {
     const bool is_values = axis == 0 && nrrd->axis[axis].kind != nrrdKindUnknown &&
                            !nrrdKindIsDomain(nrrd->axis[axis].kind);
@@ -147,13 +208,22 @@ ReadResult read(const ReadRequest& request) {
     count *= nrrd->axis[axis].size;
   }
   volume->world_from_index = placement(*nrrd, result);
+  volume->modality = key_value(*nrrd, "modality");
+  volume->units = key_value(*nrrd, "units");
   const std::string unit = nrrd->spaceUnits[0] ? nrrd->spaceUnits[0] : "";
   if (!unit.empty() && unit != "mm" && unit != "millimeter" && unit != "millimeters") {
     result.notes.push_back("its lengths are in '" + unit + "' and taken as mm, number for number");
   }
   const auto type = stored_type(nrrd->type);
   if (!type) throw WorkError(result.name, "its voxel type is not a number", "convert it first");
-  volume->voxels = voxels_from(*type, nrrd->data, count, {}, result.notes);
+  if (by_us) {
+    constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
+    volume->voxels =
+        voxels_filled(*type, count, header.big_endian != kThisMachineIsBig, {}, result.notes,
+                      [&](char* to) { read_data(request, header, count * bytes_of(*type), to); });
+  } else {
+    volume->voxels = voxels_from(*type, nrrd->data, count, {}, result.notes);
+  }
   result.volume = volume;
   return result;
 }

@@ -31,6 +31,22 @@ const std::map<std::string, RawType>& raw_types() {
 
 }  // namespace
 
+std::string raw_guess(std::uintmax_t bytes) {
+  // Square slices of the usual sizes, at least 16 of them and not many more than they are wide.
+  for (const auto& [type, width] :
+       {std::pair{"i16", 2u}, std::pair{"u8", 1u}, std::pair{"f32", 4u}}) {
+    for (const std::uintmax_t side : {1024u, 512u, 256u, 128u, 64u, 32u}) {
+      const std::uintmax_t slice = side * side * width;
+      const std::uintmax_t slices = bytes / slice;
+      if (bytes % slice != 0 || slices < 16 || slices > 4 * side) continue;
+      const std::string edge = std::to_string(side);
+      return std::to_string(bytes) + " bytes could be " + edge + "x" + edge + "x" +
+             std::to_string(slices) + " " + type;
+    }
+  }
+  return {};
+}
+
 ReadResult read_raw(const ReadRequest& request) {
   if (!request.grid.dims || !request.grid.type) {
     throw UsageError(request.grid.dims ? "--dims" : "--type", "alone does not describe a raw file",

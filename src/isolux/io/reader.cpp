@@ -1,11 +1,14 @@
 #include "isolux/io/reader.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <utility>
 
 #include "isolux/base/error.h"
 #include "isolux/io/format.h"
+#include "isolux/io/unpacked_zip.h"
 
 namespace isolux {
 namespace {
@@ -14,9 +17,6 @@ namespace fs = std::filesystem;
 
 std::string first_bytes_of(const std::string& path) {
   std::error_code error;
-  if (fs::is_directory(path, error)) {
-    throw WorkError(path, "is a folder", "this version reads single files");
-  }
   if (!fs::exists(path, error)) {
     throw WorkError(path, "there is no such file", "check the name, or see `isolux --help`");
   }
@@ -36,23 +36,92 @@ void replace_spacing(Volume& volume, Vec3 spacing) {
   volume.world_from_index.linear = unit * diagonal(spacing);
 }
 
-ReadResult read_file(const ReadRequest& request) {
+// A folder holds one volume as a stack of files.
+std::vector<Format> formats() {
+  // DICOM before TIFF: a DICOM file may begin with a TIFF header as well.
+  return {nrrd_format(), nifti_format(), metaimage_format(),
+          inv3_format(), dicom_format(), tiff_format()};
+}
+
+const Format* format_of(const std::vector<Format>& among, const ReadRequest& request) {
   const std::string first_bytes = first_bytes_of(request.name);
-  for (const Format& format : {nrrd_format(), inv3_format()}) {
-    if (!format.recognises(request, first_bytes)) continue;
-    ReadResult result = format.read(request);
-    if (request.grid.spacing_mm) {
-      auto placed = std::make_shared<Volume>(*result.volume);
-      replace_spacing(*placed, *request.grid.spacing_mm);
-      result.volume = placed;
-      result.notes.push_back("the file's own spacing was replaced by --spacing");
-    }
-    return result;
+  const auto found = std::ranges::find_if(
+      among, [&](const Format& format) { return format.recognises(request, first_bytes); });
+  return found == among.end() ? nullptr : &*found;
+}
+
+// A stack of files: a DICOM series, or TIFFs. Nothing where the folder holds neither.
+std::optional<ReadResult> read_stack(const ReadRequest& request) {
+  const std::vector<std::string> slices = find_dicom_files(request.name);
+  if (!slices.empty()) return read_dicom_folder(request, slices);
+  std::vector<std::string> tiffs;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(request.name, error)) {
+    if (!entry.is_regular_file(error)) continue;
+    const std::string path = entry.path().string();
+    if (format_of({tiff_format()}, {path, request.grid})) tiffs.push_back(path);
   }
+  if (tiffs.empty()) return std::nullopt;
+  return read_tiff_folder(request, tiffs);
+}
+
+ReadResult read_folder(const ReadRequest& request) {
+  if (auto stack = read_stack(request)) return *stack;
+  throw WorkError(request.name, "is a folder without DICOM or TIFF files",
+                  "give a file, or a folder of one stack");
+}
+
+// The one volume, or the one stack, in an unpacked zip.
+ReadResult read_unpacked(const ReadRequest& request, const UnpackedZip& zip) {
+  if (auto stack = read_stack({zip.folder().string(), request.grid, request.listener})) {
+    return *stack;
+  }
+  const std::vector<Format> known = formats();
+  std::optional<ReadResult> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(zip.folder())) {
+    const ReadRequest inside{entry.path().string(), request.grid, request.listener};
+    const Format* format = format_of(known, inside);
+    if (!format) continue;
+    if (found) {
+      throw WorkError(request.name, "holds several volumes", "unpack it and name the wanted one");
+    }
+    found = format->read(inside);
+  }
+  if (found) return *found;
+  throw WorkError(request.name, "is a zip archive without a volume that this version reads",
+                  "`isolux --help` lists the formats");
+}
+
+ReadResult read_zip(const ReadRequest& request) {
+  const UnpackedZip zip(request.name);
+  ReadResult result = read_unpacked(request, zip);
+  result.files = {request.name};
+  result.notes.insert(result.notes.begin(),
+                      "unpacked " + std::to_string(zip.file_count()) + " files from the zip");
+  return result;
+}
+
+ReadResult read_known_format(const ReadRequest& request) {
+  if (std::error_code error; fs::is_directory(request.name, error)) return read_folder(request);
+  const std::vector<Format> known = formats();
+  if (const Format* format = format_of(known, request)) return format->read(request);
+  if (first_bytes_of(request.name).starts_with("PK\3\4")) return read_zip(request);
   if (request.grid.dims || request.grid.type) return read_raw(request);
-  throw WorkError(request.name,
-                  "is of no format that this version reads (NRRD, InVesalius project)",
-                  "a headerless raw file needs --dims and --type");
+  std::error_code error;
+  const std::string guess = raw_guess(fs::file_size(request.name, error));
+  throw WorkError(request.name, "is of no format that this version reads",
+                  "a headerless raw file needs --dims and --type" +
+                      (guess.empty() ? "; `isolux --help` lists the formats" : ": " + guess));
+}
+
+ReadResult read_file(const ReadRequest& request) {
+  ReadResult result = read_known_format(request);
+  if (!request.grid.spacing_mm || result.format == "raw") return result;
+  auto placed = std::make_shared<Volume>(*result.volume);
+  replace_spacing(*placed, *request.grid.spacing_mm);
+  result.volume = placed;
+  result.notes.push_back("the file's own spacing was replaced by --spacing");
+  return result;
 }
 
 ReadResult read_example_head(const ReadRequest& request) {
@@ -85,16 +154,21 @@ std::vector<ReadResult> read_inputs(const SceneDescription& description,
   std::vector<std::string> names = description.inputs;
   if (names.empty()) names.push_back(kExampleHead);
   std::vector<ReadResult> results;
-  bool any_raw = false;
   for (const std::string& name : names) {
     results.push_back(read_input({name, description.grid, listener}));
-    any_raw = any_raw || results.back().format == "raw";
   }
-  if (!any_raw && (description.grid.dims || description.grid.type)) {
-    throw UsageError(description.grid.dims ? "--dims" : "--type",
-                     "is for headerless raw files, and every input has its own header",
-                     "leave it out");
-  }
+  const GridDescription& grid = description.grid;
+  const auto refuse_unless = [&](bool given, const char* option, const char* why, auto has_use) {
+    if (!given || std::ranges::any_of(results, has_use)) return;
+    throw UsageError(option, why, "leave it out");
+  };
+  const auto is_raw = [](const ReadResult& r) { return r.format == "raw"; };
+  refuse_unless(grid.dims.has_value(), "--dims", "every input has its own header", is_raw);
+  refuse_unless(grid.type.has_value(), "--type", "every input has its own header", is_raw);
+  refuse_unless(grid.volume.has_value(), "--volume", "no input has several volumes",
+                [](const ReadResult& r) { return r.volume_count > 1; });
+  refuse_unless(grid.series.has_value(), "--series", "no input is a DICOM series",
+                [](const ReadResult& r) { return r.format == "DICOM"; });
   return results;
 }
 

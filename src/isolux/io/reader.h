@@ -25,9 +25,11 @@ struct ReadRequest {
 struct ReadResult {
   std::shared_ptr<const Volume> volume;
   std::string name;                ///< as it is to be named again; differs for a missing example
-  std::string format;              ///< "NRRD", "InVesalius project", "raw", "built-in"
+  std::string format;              ///< "NRRD", "NIfTI-1", "MetaImage", "raw", "built-in", ...
   std::vector<std::string> files;  ///< every file that was read; empty for built-in volumes
   std::vector<std::string> notes;  ///< decisions, a sentence each
+  int volume_count = 1;            ///< how many --volume could choose from
+  int series_count = 1;            ///< how many --series could choose from
 };
 
 /// Reads an input; the format is found by content.
@@ -36,7 +38,8 @@ struct ReadResult {
 ReadResult read_input(const ReadRequest& request);
 
 /// Reads all inputs of a scene in order; without any, kExampleHead.
-/// @throws as read_input; UsageError also where dims or type are given but no input is raw.
+/// @throws as read_input; UsageError also where dims, type, volume or series are given but no input
+/// has use for them.
 std::vector<ReadResult> read_inputs(const SceneDescription& description,
                                     const ProgressListener& listener);
 

@@ -59,6 +59,11 @@ class StoredValues {
   Rescale rescale_;
 };
 
+template <typename Stored>
+inline constexpr bool kIsVoxelType =
+    std::is_same_v<Stored, std::uint8_t> || std::is_same_v<Stored, std::int16_t> ||
+    std::is_same_v<Stored, std::uint16_t> || std::is_same_v<Stored, float>;
+
 template <typename Voxel, typename Values>
 VoxelArray copied(const Values& values, std::size_t count) {
   std::vector<Voxel> voxels(count);
@@ -97,6 +102,12 @@ VoxelArray rescaled(const void* stored, std::size_t count, const Rescale& rescal
   return copied<float>(values, count);
 }
 
+// One swap for each width, which the compiler turns into the processor's own.
+template <std::size_t kWidth>
+void swap_numbers(char* bytes, std::size_t count) {
+  for (std::size_t n = 0; n < count; ++n, bytes += kWidth) std::reverse(bytes, bytes + kWidth);
+}
+
 }  // namespace
 
 std::size_t bytes_of(StoredType type) {
@@ -106,10 +117,7 @@ std::size_t bytes_of(StoredType type) {
 VoxelArray voxels_from(StoredType type, const void* stored, std::size_t count,
                        const Rescale& rescale, std::vector<std::string>& notes) {
   return with_type(type, [&]<typename Stored>(Stored) -> VoxelArray {
-    constexpr bool is_voxel_type =
-        std::is_same_v<Stored, std::uint8_t> || std::is_same_v<Stored, std::int16_t> ||
-        std::is_same_v<Stored, std::uint16_t> || std::is_same_v<Stored, float>;
-    if constexpr (is_voxel_type) {
+    if constexpr (kIsVoxelType<Stored>) {
       if (rescale == Rescale{}) {
         std::vector<Stored> voxels(count);
         if (count > 0) std::memcpy(voxels.data(), stored, count * sizeof(Stored));
@@ -120,10 +128,39 @@ VoxelArray voxels_from(StoredType type, const void* stored, std::size_t count,
   });
 }
 
+VoxelArray voxels_filled(StoredType type, std::size_t count, bool swapped, const Rescale& rescale,
+                         std::vector<std::string>& notes,
+                         const std::function<void(char* bytes)>& fill) {
+  const auto fill_in_order = [&](char* bytes) {
+    fill(bytes);
+    if (swapped) swap_bytes(type, bytes, count);
+  };
+  return with_type(type, [&]<typename Stored>(Stored) -> VoxelArray {
+    if constexpr (kIsVoxelType<Stored>) {
+      if (rescale == Rescale{}) {
+        std::vector<Stored> voxels(count);
+        fill_in_order(reinterpret_cast<char*>(voxels.data()));
+        return voxels;
+      }
+    }
+    std::vector<char> stored(count * sizeof(Stored));
+    fill_in_order(stored.data());
+    return rescaled<Stored>(stored.data(), count, rescale, notes);
+  });
+}
+
 void swap_bytes(StoredType type, void* stored, std::size_t count) {
-  const std::size_t width = bytes_of(type);
   char* bytes = static_cast<char*>(stored);
-  for (std::size_t n = 0; n < count; ++n) std::reverse(bytes + n * width, bytes + (n + 1) * width);
+  switch (bytes_of(type)) {
+    case 2:
+      return swap_numbers<2>(bytes, count);
+    case 4:
+      return swap_numbers<4>(bytes, count);
+    case 8:
+      return swap_numbers<8>(bytes, count);
+    default:
+      return;
+  }
 }
 
 void check_promise(const std::string& name, double promised, double available,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,12 @@ struct Rescale {
 /// none of the whole-number types does. Says in `notes` where floats round.
 VoxelArray voxels_from(StoredType type, const void* stored, std::size_t count,
                        const Rescale& rescale, std::vector<std::string>& notes);
+
+/// As voxels_from, for `count` numbers that `fill` writes to where it is told: straight into their
+/// place in the result where they need no conversion. `swapped`: they come in the other byte order.
+VoxelArray voxels_filled(StoredType type, std::size_t count, bool swapped, const Rescale& rescale,
+                         std::vector<std::string>& notes,
+                         const std::function<void(char* bytes)>& fill);
 
 /// Swaps the bytes of each of `count` numbers.
 void swap_bytes(StoredType type, void* stored, std::size_t count);

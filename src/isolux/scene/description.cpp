@@ -145,6 +145,8 @@ SceneDescription describe(const json& document, const std::string& what) {
   scene.grid.spacing_mm = optional_vector(complete, "spacing");
   if (complete.contains("dims")) scene.grid.dims = complete["dims"].get<std::array<int, 3>>();
   if (complete.contains("type")) scene.grid.type = complete["type"].get<std::string>();
+  scene.grid.volume = optional_whole(complete, "volume");
+  if (complete.contains("series")) scene.grid.series = complete["series"].get<std::string>();
   scene.width = complete["size"][0].get<int>();
   scene.height = complete["size"][1].get<int>();
   for_each_item(document, complete, "surface", [&](const json&, const json& item, const auto& at) {

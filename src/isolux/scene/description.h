@@ -38,11 +38,14 @@ struct CameraDescription {
   std::optional<double> height_mm = {};
 };
 
-/// How a headerless raw input is to be read, and a spacing in place of the file's own.
+/// How inputs are to be read: the grid of headerless raw files, a spacing in place of a file's own,
+/// and which of several volumes in a file.
 struct GridDescription {
   std::optional<std::array<int, 3>> dims;
   std::optional<std::string> type;  ///< as in the option table: "i16be"
   std::optional<Vec3> spacing_mm;
+  std::optional<int> volume;          ///< of a 4-D file, counted from 0
+  std::optional<std::string> series;  ///< of a DICOM folder: its number in the list, from 1, or UID
 };
 
 /// All that a scene document says, typed and checked for sense, with nothing loaded.

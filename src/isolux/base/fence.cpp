@@ -1,0 +1,141 @@
+#include "isolux/base/fence.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <mutex>
+
+#include "isolux/base/number_text.h"
+
+namespace isolux {
+namespace {
+
+constexpr std::uint64_t kLongestText = 64 << 20;
+
+void limit(int resource, double most) {
+  const rlimit both{static_cast<rlim_t>(most), static_cast<rlim_t>(most)};
+  ::setrlimit(static_cast<__rlimit_resource>(resource), &both);
+}
+
+// Address space in use, in bytes. (With a sanitizer that is terabytes; the limit adds to it.)
+double address_space() {
+  long pages = 0;
+  if (FILE* file = std::fopen("/proc/self/statm", "r")) {
+    if (std::fscanf(file, "%ld", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  return static_cast<double>(pages) * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+[[noreturn]] void be_child(const FenceLimits& limits, int file,
+                           const std::function<void(FenceOutput&)>& work) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  ::signal(SIGPIPE, SIG_DFL);
+  for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) ::signal(signal, SIG_DFL);
+  const int nowhere = ::open("/dev/null", O_RDWR);
+  for (const int standard : {0, 1, 2}) ::dup2(nowhere, standard);
+  if (const double used = address_space(); used > 0) limit(RLIMIT_AS, used + limits.memory);
+  limit(RLIMIT_CORE, 0);
+  try {
+    FenceOutput output(file);
+    work(output);
+  } catch (...) {
+    ::_exit(1);
+  }
+  ::_exit(0);
+}
+
+// A child at work; the destructor ends it.
+class Child {
+ public:
+  Child(const FenceLimits& limits, const std::function<void(FenceOutput&)>& work) {
+    // One fork at a time, and the writing end closed before the next: a sibling that held it would
+    // keep the end of this child's output from being seen.
+    static std::mutex forking;
+    const std::lock_guard lock(forking);
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) throw FenceBroken("failed: no pipe could be opened");
+    pid_ = ::fork();
+    if (pid_ == 0) be_child(limits, ends[1], work);
+    ::close(ends[1]);
+    file_ = ends[0];
+    if (pid_ < 0) {
+      ::close(file_);
+      throw FenceBroken("failed: no process could be started");
+    }
+  }
+  ~Child() {
+    ::close(file_);
+    ::kill(pid_, SIGKILL);
+    while (::waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) {
+    }
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  int file() const { return file_; }
+
+ private:
+  pid_t pid_ = -1;
+  int file_ = -1;
+};
+
+}  // namespace
+
+void FenceOutput::send(const void* bytes, std::size_t count) {
+  const char* at = static_cast<const char*>(bytes);
+  while (count > 0) {
+    const ssize_t sent = ::write(file_, at, count);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent < 0) ::_exit(1);
+    at += sent;
+    count -= static_cast<std::size_t>(sent);
+  }
+}
+
+void FenceOutput::send_text(const std::string& text) {
+  const std::uint64_t length = text.size();
+  send(&length, sizeof length);
+  send(text.data(), text.size());
+}
+
+void FenceInput::receive(void* bytes, std::size_t count) {
+  char* at = static_cast<char*>(bytes);
+  while (count > 0) {
+    pollfd ready{file_, POLLIN, 0};
+    const int events = ::poll(&ready, 1, static_cast<int>(std::fmin(seconds_ * 1000, 2e9)));
+    if (events < 0 && errno == EINTR) continue;
+    if (events == 0) throw FenceBroken("took longer than " + to_text(seconds_) + " s");
+    const ssize_t got = ::read(file_, at, count);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) throw FenceBroken("brought the decoder down");
+    at += got;
+    count -= static_cast<std::size_t>(got);
+  }
+}
+
+std::string FenceInput::receive_text() {
+  std::uint64_t length = 0;
+  receive(&length, sizeof length);
+  if (length > kLongestText) throw FenceBroken("brought too much to light");
+  std::string text(length, '\0');
+  receive(text.data(), text.size());
+  return text;
+}
+
+void run_fenced(const FenceLimits& limits, const std::function<void(FenceOutput&)>& work,
+                const std::function<void(FenceInput&)>& use) {
+  const Child child(limits, work);
+  FenceInput input(child.file(), limits.seconds);
+  use(input);
+}
+
+}  // namespace isolux

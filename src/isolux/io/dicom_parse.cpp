@@ -1,0 +1,379 @@
+#include "isolux/io/dicom_parse.h"
+
+#include <gdcmImageReader.h>
+#include <gdcmReader.h>
+#include <gdcmSequenceOfItems.h>
+#include <gdcmUIDs.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <set>
+#include <sstream>
+
+#include "isolux/base/number_text.h"
+#include "isolux/base/vec3.h"
+
+namespace isolux {
+namespace {
+
+const gdcm::Tag kPixelData(0x7fe0, 0x0010);
+
+std::unique_ptr<std::istream> open(const std::string& path, std::size_t start) {
+  auto file = std::make_unique<std::ifstream>(path, std::ios::binary);
+  if (start == 0) return file;
+  file->seekg(static_cast<std::streamoff>(start));
+  auto rest = std::make_unique<std::stringstream>();
+  *rest << file->rdbuf();
+  return rest;
+}
+
+// --- Values of elements; empty where there are none ---
+
+bool has(const gdcm::DataSet& set, gdcm::Tag tag) { return set.FindDataElement(tag); }
+
+const gdcm::ByteValue* bytes_of(const gdcm::DataSet& set, gdcm::Tag tag) {
+  return has(set, tag) ? set.GetDataElement(tag).GetByteValue() : nullptr;
+}
+
+std::string trimmed(const std::string& text) {
+  const auto is_blank = [](char c) { return c == ' ' || c == '\0' || c == '\n' || c == '\r'; };
+  std::size_t begin = 0, end = text.size();
+  while (begin < end && is_blank(text[begin])) ++begin;
+  while (end > begin && is_blank(text[end - 1])) --end;
+  return text.substr(begin, end - begin);
+}
+
+std::string text(const gdcm::DataSet& set, gdcm::Tag tag) {
+  constexpr std::size_t kLongest = 1 << 20;
+  const gdcm::ByteValue* value = bytes_of(set, tag);
+  if (!value || value->GetLength() > kLongest) return {};
+  return trimmed({value->GetPointer(), value->GetLength()});
+}
+
+// Decimal and whole-number strings. Empty where one of them is not a number.
+std::vector<double> decimals(const gdcm::DataSet& set, gdcm::Tag tag) {
+  std::vector<double> numbers;
+  std::istringstream list(text(set, tag));
+  for (std::string item; std::getline(list, item, '\\');) {
+    const auto number = parse_number(trimmed(item));
+    if (!number) return {};
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+std::vector<double> decimals(const gdcm::DataSet& set, gdcm::Tag tag, std::size_t count) {
+  std::vector<double> numbers = decimals(set, tag);
+  return numbers.size() < count ? std::vector<double>{}
+                                : std::vector<double>(numbers.begin(), numbers.begin() + count);
+}
+
+double decimal(const gdcm::DataSet& set, gdcm::Tag tag, double otherwise) {
+  const std::vector<double> numbers = decimals(set, tag);
+  return numbers.empty() ? otherwise : numbers[0];
+}
+
+int whole(const gdcm::DataSet& set, gdcm::Tag tag, int otherwise) {
+  const double number = decimal(set, tag, otherwise);
+  return std::fabs(number) < 2e9 ? static_cast<int>(number) : otherwise;
+}
+
+template <typename Number>
+std::vector<double> binary(const gdcm::DataSet& set, gdcm::Tag tag) {
+  const gdcm::ByteValue* value = bytes_of(set, tag);
+  if (!value || value->GetLength() < sizeof(Number)) return {};
+  Number number;
+  std::memcpy(&number, value->GetPointer(), sizeof number);
+  return {static_cast<double>(number)};
+}
+
+int unsigned_short(const gdcm::DataSet& set, gdcm::Tag tag, int otherwise) {
+  const std::vector<double> number = binary<std::uint16_t>(set, tag);
+  return number.empty() ? otherwise : static_cast<int>(number[0]);
+}
+
+// The data sets of a sequence's items.
+std::vector<const gdcm::DataSet*> items(
+    const gdcm::DataSet& set, gdcm::Tag tag,
+    std::vector<gdcm::SmartPointer<gdcm::SequenceOfItems>>& alive) {
+  if (!has(set, tag)) return {};
+  const gdcm::SmartPointer<gdcm::SequenceOfItems> sequence = set.GetDataElement(tag).GetValueAsSQ();
+  if (!sequence) return {};
+  alive.push_back(sequence);
+  std::vector<const gdcm::DataSet*> sets;
+  for (gdcm::SequenceOfItems::SizeType n = 1; n <= sequence->GetNumberOfItems(); ++n) {
+    sets.push_back(&sequence->GetItem(n).GetNestedDataSet());
+  }
+  return sets;
+}
+
+// --- Frames ---
+
+class FrameParser {
+ public:
+  explicit FrameParser(const gdcm::DataSet& root) : root_(root) { take_all(root, shared_); }
+
+  std::vector<DicomFrame> frames(DicomFile& file) {
+    // Enhanced files: first what all frames share, then each frame's own.
+    for (const gdcm::DataSet* group : items(root_, {0x5200, 0x9229}, alive_)) {
+      take_groups(*group, shared_);
+    }
+    std::vector<DicomFrame> frames;
+    for (const gdcm::DataSet* group : items(root_, {0x5200, 0x9230}, alive_)) {
+      frames.push_back(shared_);
+      take_groups(*group, frames.back());
+    }
+    if (!rescale_type_.empty()) file.units = rescale_type_;
+    if (frames.empty()) frames = dose(file);
+    if (frames.empty()) frames = after_the_first(file);
+    if (frames.empty()) frames.push_back(shared_);
+    if (frames.size() == 1 && file.frame_count > 1) {
+      frames[0].position.clear();
+      frames[0].orientation.clear();
+    }
+    for (DicomFrame& frame : frames) {
+      if (std::isfinite(frame.slope) && frame.slope != 0) continue;
+      frame.slope = 1;
+      file.remarks = {"its rescale slope is zero: 1 was taken"};
+    }
+    return frames;
+  }
+
+ private:
+  static void take(std::vector<double>& to, std::vector<double> from) {
+    if (!from.empty()) to = std::move(from);
+  }
+
+  void take_all(const gdcm::DataSet& set, DicomFrame& frame) {
+    take(frame.position, decimals(set, {0x0020, 0x0032}, 3));
+    take(frame.orientation, decimals(set, {0x0020, 0x0037}, 6));
+    take(frame.spacing, decimals(set, {0x0018, 0x1164}, 2));  // at the detector
+    take(frame.spacing, decimals(set, {0x0028, 0x0030}, 2));
+    take(frame.distance, decimals(set, {0x0018, 0x0050}, 1));  // thickness
+    if (decimal(set, {0x0018, 0x0088}, 0) != 0) {
+      take(frame.distance, decimals(set, {0x0018, 0x0088}, 1));
+    }
+    frame.intercept = decimal(set, {0x0028, 0x1052}, frame.intercept);
+    frame.slope = decimal(set, {0x0028, 0x1053}, frame.slope);
+    if (has(set, {0x0028, 0x1054})) rescale_type_ = text(set, {0x0028, 0x1054});
+    frame.time = whole(set, {0x0020, 0x0100}, frame.time);
+    for (const double time : binary<std::uint32_t>(set, {0x0020, 0x9128})) {
+      frame.time = static_cast<int>(std::fmin(time, 1e9));
+    }
+    frame.segment = unsigned_short(set, {0x0062, 0x000b}, frame.segment);
+  }
+
+  // Plane position and orientation, pixel measures, value transformation, content, segment.
+  void take_groups(const gdcm::DataSet& set, DicomFrame& frame) {
+    for (const gdcm::Tag& tag :
+         {gdcm::Tag(0x0020, 0x9113), gdcm::Tag(0x0020, 0x9116), gdcm::Tag(0x0028, 0x9110),
+          gdcm::Tag(0x0028, 0x9145), gdcm::Tag(0x0020, 0x9111), gdcm::Tag(0x0062, 0x000a)}) {
+      for (const gdcm::DataSet* item : items(set, tag, alive_)) take_all(*item, frame);
+    }
+  }
+
+  // `offsets_mm` along the normal of the first frame.
+  std::vector<DicomFrame> along_normal(const std::vector<double>& offsets_mm) const {
+    const std::vector<double>&o = shared_.orientation, &p = shared_.position;
+    if (o.empty() || p.empty()) return {};
+    const Vec3 normal = cross({o[0], o[1], o[2]}, {o[3], o[4], o[5]});
+    std::vector<DicomFrame> frames;
+    for (const double offset : offsets_mm) {
+      frames.push_back(shared_);
+      const Vec3 at = Vec3{p[0], p[1], p[2]} + offset * normal;
+      frames.back().position = {at.x, at.y, at.z};
+    }
+    return frames;
+  }
+
+  // Files that tell only where their first frame lies.
+  std::vector<DicomFrame> after_the_first(const DicomFile& file) {
+    constexpr long long kMost = 1 << 20;
+    const bool is_film = file.modality == "US" || file.modality == "XA" || file.modality == "RF";
+    if (is_film || file.frame_count < 2 || file.frame_count > kMost) return {};
+    if (file.modality == "NM") {
+      const std::string type = text(root_, {0x0008, 0x0008});
+      if (type.find("RECON TOMO") == std::string::npos) return {};
+      for (const gdcm::DataSet* detector : items(root_, {0x0054, 0x0022}, alive_)) {
+        take_all(*detector, shared_);
+        break;
+      }
+    }
+    if (shared_.distance.empty()) return {};
+    std::vector<double> offsets;
+    for (int n = 0; n < file.frame_count; ++n) offsets.push_back(n * shared_.distance[0]);
+    return along_normal(offsets);
+  }
+
+  // Doses tell each frame's distance from the first.
+  std::vector<DicomFrame> dose(DicomFile& file) {
+    if (file.modality != "RTDOSE") return {};
+    shared_.slope = decimal(root_, {0x3004, 0x000e}, 1);
+    file.units = text(root_, {0x3004, 0x0002});
+    return along_normal(decimals(root_, {0x3004, 0x000c}));
+  }
+
+  const gdcm::DataSet& root_;
+  DicomFrame shared_;
+  std::string rescale_type_;
+  std::vector<gdcm::SmartPointer<gdcm::SequenceOfItems>> alive_;
+};
+
+// --- Pixels ---
+
+std::string transfer_syntax_text(const std::string& uid) {
+  gdcm::UIDs known;
+  const char* name = known.SetFromUID(uid.c_str()) ? known.GetName() : nullptr;
+  return name ? std::string(name) + ", " + uid : uid;
+}
+
+// Finds uncompressed pixels, whose element's head ends at `value`, or the fault.
+void find_pixels(const gdcm::Reader& reader, std::istream& stream, DicomFile& file) {
+  const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
+  if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) return;
+  const auto value = static_cast<std::streamoff>(reader.GetStreamCurrentPosition());
+  char head[12] = {};
+  stream.clear();
+  stream.seekg(value - 12);
+  stream.read(head, sizeof head);
+  const bool is_big = std::memcmp(head, "\x7f\xe0\x00\x10", 4) == 0;
+  const bool is_explicit = is_big || std::memcmp(head, "\xe0\x7f\x10\x00", 4) == 0;
+  const bool is_implicit = !is_explicit && std::memcmp(head + 4, "\xe0\x7f\x10\x00", 4) == 0;
+  if (!stream || !(is_explicit || is_implicit)) {
+    file.fault = "is DICOM, but holds no image";
+    return;
+  }
+  if (syntax.IsEncapsulated()) return;
+  std::uint32_t length = 0;
+  for (int n = 0; n < 4; ++n) {
+    const auto byte = static_cast<unsigned char>(head[is_big ? 8 + n : 11 - n]);
+    length = length << 8 | byte;
+  }
+  if (length == 0xffffffff) return;  // called uncompressed, but in fragments
+  const double promised = std::ceil(file.voxel_count() * file.packing.bits_allocated / 8);
+  if (file.fault.empty() && file.samples == 1 && promised > length) {
+    file.fault = "its header promises " + to_text(promised) + " bytes of pixels, but gives only " +
+                 std::to_string(length);
+  }
+  file.pixel_offset = static_cast<long long>(file.start) + value;
+  const bool is_swapped = is_big || syntax == gdcm::TransferSyntax::ImplicitVRBigEndianPrivateGE;
+  const bool is_words = !is_explicit || std::memcmp(head + 4, "OW", 2) == 0;
+  if (is_swapped && file.packing.bits_allocated >= 8) {
+    file.swapped_bytes = std::max(file.packing.bits_allocated / 8, is_words ? 2 : 1);
+  }
+}
+
+void parse_packing(const gdcm::DataSet& set, DicomFile& file) {
+  PixelPacking& packing = file.packing;
+  packing.bits_allocated = unsigned_short(set, {0x0028, 0x0100}, 0);
+  packing.bits_stored = unsigned_short(set, {0x0028, 0x0101}, packing.bits_allocated);
+  packing.high_bit = unsigned_short(set, {0x0028, 0x0102}, packing.bits_stored - 1);
+  packing.is_signed = unsigned_short(set, {0x0028, 0x0103}, 0) == 1;
+  file.padding = packing.is_signed ? binary<std::int16_t>(set, {0x0028, 0x0120})
+                                   : binary<std::uint16_t>(set, {0x0028, 0x0120});
+}
+
+std::string segment_names(const gdcm::DataSet& set) {
+  std::vector<gdcm::SmartPointer<gdcm::SequenceOfItems>> alive;
+  std::string names;
+  for (const gdcm::DataSet* segment : items(set, {0x0062, 0x0002}, alive)) {
+    names += (names.empty() ? "" : ", ") +
+             std::to_string(unsigned_short(*segment, {0x0062, 0x0004}, 0)) + " " +
+             text(*segment, {0x0062, 0x0005});
+  }
+  return names;
+}
+
+std::string date_text(const gdcm::DataSet& set) {
+  for (const gdcm::Tag& tag : {gdcm::Tag(0x0008, 0x0021), gdcm::Tag(0x0008, 0x0020)}) {
+    const std::string date = text(set, tag);
+    if (date.size() != 8) continue;
+    return date.substr(0, 4) + "-" + date.substr(4, 2) + "-" + date.substr(6, 2);
+  }
+  return {};
+}
+
+}  // namespace
+
+DicomFile parse_dicom_header(const std::string& path, std::size_t start) {
+  DicomFile file;
+  file.path = path;
+  file.start = start;
+  const std::unique_ptr<std::istream> stream = open(path, start);
+  gdcm::Reader reader;
+  reader.SetStream(*stream);
+  const bool is_read = reader.ReadUpToTag(kPixelData, std::set<gdcm::Tag>{kPixelData});
+  const gdcm::FileMetaInformation& header = reader.GetFile().GetHeader();
+  const std::string syntax = text(header, {0x0002, 0x0010});
+  file.transfer_syntax =
+      transfer_syntax_text(syntax.empty() ? header.GetDataSetTransferSyntax().GetString() : syntax);
+  if (!is_read) {
+    const bool is_known =
+        gdcm::TransferSyntax::GetTSType(syntax.c_str()) < gdcm::TransferSyntax::TS_END;
+    file.fault = syntax.empty() ? "is DICOM, but its header names no transfer syntax"
+                 : is_known     ? "is DICOM, but its header is damaged"
+                                : "is in a transfer syntax that isolux cannot decode (" +
+                                  file.transfer_syntax + ")";
+    return file;
+  }
+  const gdcm::DataSet& set = reader.GetFile().GetDataSet();
+  file.instance_uid = text(set, {0x0008, 0x0018});
+  file.series_uid = text(set, {0x0020, 0x000e});
+  file.description = text(set, {0x0008, 0x103e});
+  file.modality = text(set, {0x0008, 0x0060});
+  file.date = date_text(set);
+  file.series_number = whole(set, {0x0020, 0x0011}, 0);
+  file.instance_number = whole(set, {0x0020, 0x0013}, 0);
+  file.segments = segment_names(set);
+  file.photometric = text(set, {0x0028, 0x0004});
+  file.rows = unsigned_short(set, {0x0028, 0x0010}, 0);
+  file.columns = unsigned_short(set, {0x0028, 0x0011}, 0);
+  file.samples = unsigned_short(set, {0x0028, 0x0002}, 1);
+  if (const std::string frames = text(set, {0x0028, 0x0008}); !frames.empty()) {
+    file.frame_count = parse_whole_number(frames).value_or(0);
+  }
+  parse_packing(set, file);
+  file.frames = FrameParser(set).frames(file);
+  if (file.modality == "PT") file.units = text(set, {0x0054, 0x1001});
+  if (has(set, {0x0028, 0x3000})) {
+    file.remarks.push_back("its lookup table for values (Modality LUT) is not applied");
+  }
+  if (has(set, {0x7fe0, 0x0008}) || has(set, {0x7fe0, 0x0009})) {
+    file.fault = "holds floating-point pixels, which this version does not read";
+    return file;
+  }
+  find_pixels(reader, *stream, file);
+  return file;
+}
+
+void decode_dicom_pixels(const DicomFile& file, FenceOutput& output) {
+  const std::unique_ptr<std::istream> stream = open(file.path, file.start);
+  gdcm::ImageReader reader;
+  reader.SetStream(*stream);
+  if (!reader.Read()) {
+    output.send_text("cannot be decoded");
+    return;
+  }
+  const gdcm::Image& image = reader.GetImage();
+  std::vector<char> voxels(image.GetBufferLength());
+  if (!image.GetBuffer(voxels.data())) {
+    output.send_text("cannot be decoded");
+    return;
+  }
+  const gdcm::PixelFormat& format = image.GetPixelFormat();
+  const PixelPacking packing{format.GetBitsAllocated(), format.GetBitsStored(), format.GetHighBit(),
+                             format.GetPixelRepresentation() == 1};
+  const double expected = std::ceil(file.voxel_count() * packing.bits_allocated / 8);
+  if (format.GetSamplesPerPixel() != 1 || static_cast<double>(voxels.size()) < expected) {
+    output.send_text("decode to another size than its header says");
+    return;
+  }
+  output.send_text("");
+  output.send(&packing, sizeof packing);
+  output.send(voxels.data(), static_cast<std::size_t>(expected));
+}
+
+}  // namespace isolux

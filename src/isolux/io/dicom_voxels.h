@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "isolux/io/dicom_file.h"
+#include "isolux/io/dicom_geometry.h"
+#include "isolux/io/reader.h"
+#include "isolux/volume/volume.h"
+
+namespace isolux {
+
+/// A frame of one of several files.
+struct DicomSlice {
+  std::size_t file;
+  std::size_t frame;
+};
+
+/// Reads slices of one size, on all cores, each straight into its layer. The voxels take the
+/// narrowest type that holds every value, as voxels_from (stored_voxels.h) has it: a stored type
+/// that needs no rescaling is kept, whole numbers stay whole. Notes where floats round.
+/// @throws WorkError  as read_dicom_frames, or where memory is short.
+VoxelArray read_dicom_slices(const ReadRequest& request, const std::vector<DicomFile>& files,
+                             const std::vector<DicomSlice>& slices,
+                             std::vector<std::string>& notes);
+
+/// The layers of a grid from the voxels of `slice_count` slices; whole numbers are rounded.
+/// @throws WorkError  about `name`, where memory is short.
+VoxelArray mixed(const std::string& name, const VoxelArray& slices, std::size_t slice_count,
+                 const std::vector<Layer>& layers);
+
+}  // namespace isolux

@@ -1,0 +1,145 @@
+#include "isolux/io/stored_bytes.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+#include "isolux/base/error.h"
+
+namespace isolux {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kPiece = 1 << 20;
+
+WorkError damaged(const std::string& path, const char* why) {
+  return {path, std::string("its compressed data are damaged: ") + (why ? why : "they end early"),
+          "is the file complete?"};
+}
+
+std::ifstream opened(const StoredBytes& bytes) {
+  std::ifstream file(bytes.path, std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(bytes.offset));
+  if (!file) throw WorkError(bytes.path, "cannot be read", "check its permissions");
+  return file;
+}
+
+// The inflated bytes of one or more zlib or gzip streams, one behind the other.
+class Inflater {
+ public:
+  explicit Inflater(const StoredBytes& bytes)
+      : path_(bytes.path), file_(opened(bytes)), buffer_(1 << 16) {
+    constexpr int kZlibOrGzip = 15 + 32;
+    if (inflateInit2(&stream_, kZlibOrGzip) != Z_OK) throw damaged(path_, stream_.msg);
+  }
+  ~Inflater() { inflateEnd(&stream_); }
+  Inflater(const Inflater&) = delete;
+  Inflater& operator=(const Inflater&) = delete;
+
+  /// As many of `count` bytes (at most kPiece) as there are.
+  std::size_t read(char* to, std::size_t count) {
+    stream_.next_out = reinterpret_cast<Bytef*>(to);
+    stream_.avail_out = static_cast<uInt>(count);
+    while (stream_.avail_out > 0 && more_input()) {
+      const int status = inflate(&stream_, Z_NO_FLUSH);
+      if (status == Z_STREAM_END) {
+        at_stream_end_ = true;
+      } else if (status != Z_OK && status != Z_BUF_ERROR) {
+        throw damaged(path_, stream_.msg);
+      }
+    }
+    return count - stream_.avail_out;
+  }
+
+ private:
+  // Whether there is a byte to inflate. Behind the end of a stream only another gzip stream counts;
+  // anything else there is padding.
+  bool more_input() {
+    if (stream_.avail_in == 0) {
+      file_.read(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+      if (file_.bad()) throw WorkError(path_, "cannot be read to its end", "check the disk");
+      stream_.next_in = reinterpret_cast<Bytef*>(buffer_.data());
+      stream_.avail_in = static_cast<uInt>(file_.gcount());
+    }
+    if (stream_.avail_in == 0) return false;
+    if (!at_stream_end_) return true;
+    constexpr Bytef kGzipMark = 0x1f;
+    if (*stream_.next_in != kGzipMark) return false;
+    at_stream_end_ = false;
+    return inflateReset(&stream_) == Z_OK;
+  }
+
+  std::string path_;
+  std::ifstream file_;
+  std::vector<char> buffer_;
+  z_stream stream_{};
+  bool at_stream_end_ = false;
+};
+
+std::size_t read_plain(const StoredBytes& from, std::uint64_t skip, char* to, std::size_t count,
+                       Progress& progress) {
+  std::ifstream file = opened({from.path, from.offset + skip});
+  std::size_t done = 0;
+  while (done < count) {
+    file.read(to + done, static_cast<std::streamsize>(std::min(kPiece, count - done)));
+    if (file.bad()) throw WorkError(from.path, "cannot be read to its end", "check the disk");
+    const auto got = static_cast<std::size_t>(file.gcount());
+    if (got == 0) break;
+    done += got;
+    progress.advance(got);
+  }
+  return done;
+}
+
+std::size_t read_deflated(const StoredBytes& from, std::uint64_t skip, char* to, std::size_t count,
+                          Progress& progress) {
+  Inflater inflater(from);
+  std::vector<char> skipped(std::min<std::uint64_t>(skip, kPiece));
+  while (skip > 0) {
+    const std::size_t got = inflater.read(skipped.data(), std::min<std::uint64_t>(skip, kPiece));
+    if (got == 0) return 0;
+    skip -= got;
+  }
+  std::size_t done = 0;
+  while (done < count) {
+    const std::size_t got = inflater.read(to + done, std::min(kPiece, count - done));
+    if (got == 0) return done;
+    done += got;
+    progress.advance(got);
+  }
+  // One byte further, so that the checksum at the end of a stream is looked at.
+  char beyond = 0;
+  inflater.read(&beyond, 1);
+  return done;
+}
+
+}  // namespace
+
+std::size_t read_bytes(const StoredBytes& from, std::uint64_t skip, char* to, std::size_t count,
+                       const ProgressListener& listener) {
+  Progress progress(listener, "reading", count);
+  return from.deflated ? read_deflated(from, skip, to, count, progress)
+                       : read_plain(from, skip, to, count, progress);
+}
+
+std::string first_bytes(const StoredBytes& from, std::size_t count) {
+  std::string bytes(count, '\0');
+  bytes.resize(read_bytes(from, 0, bytes.data(), count));
+  return bytes;
+}
+
+double stored_size(const StoredBytes& from) {
+  std::error_code error;
+  const double size = static_cast<double>(fs::file_size(from.path, error));
+  if (error) {
+    throw WorkError(from.path, "cannot be read: " + error.message(),
+                    "a header needs its data files beside or below it");
+  }
+  return std::max(0.0, size - static_cast<double>(from.offset));
+}
+
+}  // namespace isolux

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace isolux {
+
+/// The files of a zip archive in a new private folder, which goes when this does. Their names and
+/// paths are not kept, only their order, so that none can step out of the folder; links and devices
+/// are left out.
+class UnpackedZip {
+ public:
+  /// @throws WorkError  where the archive is damaged, is encrypted, unpacks to more than it can
+  /// hold or to more than memory allows, or has more than a hundred thousand files.
+  explicit UnpackedZip(const std::string& path);
+  ~UnpackedZip();
+  UnpackedZip(const UnpackedZip&) = delete;
+  UnpackedZip& operator=(const UnpackedZip&) = delete;
+
+  const std::filesystem::path& folder() const { return folder_; }
+  int file_count() const { return file_count_; }
+
+ private:
+  void unpack(const std::string& path);
+
+  std::filesystem::path folder_;
+  int file_count_ = 0;
+};
+
+}  // namespace isolux

