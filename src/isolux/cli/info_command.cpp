@@ -9,6 +9,7 @@
 #include "isolux/cli/command.h"
 #include "isolux/cli/loaded_scene.h"
 #include "isolux/cli/terminal.h"
+#include "isolux/volume/brick_grid.h"
 #include "isolux/volume/statistics.h"
 
 namespace isolux {
@@ -19,6 +20,11 @@ using nlohmann::json;
 json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
 
 std::string text_of(Vec3 v) { return to_text9(v.x) + ", " + to_text9(v.y) + ", " + to_text9(v.z); }
+
+// What drawing surfaces of it takes, beside the picture: the voxels and their min-max bricks.
+double memory_to_render(const Volume& volume) {
+  return static_cast<double>(voxel_bytes(volume)) + BrickGrid::bytes(volume.dims);
+}
 
 json as_json(const ReadResult& input, const ValueStatistics& values,
              const std::vector<SuggestedIso>& suggested) {
@@ -34,6 +40,7 @@ json as_json(const ReadResult& input, const ValueStatistics& values,
                  {"max", values.max},
                  {"not_finite", values.not_finite},
                  {"bytes", voxel_bytes(volume)},
+                 {"memory_to_render", memory_to_render(volume)},
                  {"files", input.files},
                  {"notes", input.notes}};
   const Mat3 unit = direction(volume);
@@ -87,6 +94,7 @@ void print_text(const ReadResult& input, const ValueStatistics& values,
             << "  voxels     " << volume.dims[0] << " x " << volume.dims[1] << " x "
             << volume.dims[2] << ", " << voxel_type_name(volume) << ", "
             << bytes_text(static_cast<double>(voxel_bytes(volume))) << "\n"
+            << "  memory     " << bytes_text(memory_to_render(volume)) << " to render it\n"
             << "  spacing    " << to_text9(spacing.x) << " x " << to_text9(spacing.y) << " x "
             << to_text9(spacing.z) << " mm\n"
             << "  origin     " << text_of(volume.world_from_index.offset)

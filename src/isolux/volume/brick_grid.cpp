@@ -27,12 +27,18 @@ BrickRange range_of_brick(const VolumeView<T>& v, int a, int b, int c) {
   return range;
 }
 
+int bricks_along(int voxels) { return (voxels - 1 + BrickGrid::kCells - 1) / BrickGrid::kCells; }
+
 }  // namespace
 
+double BrickGrid::bytes(const std::array<int, 3>& volume_dims) {
+  double bricks = 1;
+  for (const int count : volume_dims) bricks *= bricks_along(count);
+  return bricks * sizeof(BrickRange);
+}
+
 BrickGrid::BrickGrid(const Volume& volume) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    dims_[axis] = (volume.dims[axis] - 1 + kCells - 1) / kCells;
-  }
+  for (std::size_t axis = 0; axis < 3; ++axis) dims_[axis] = bricks_along(volume.dims[axis]);
   ranges_.resize(index(0, 0, dims_[2]));
   visit_voxels(volume, [&](const auto& view) {
     parallel_for(static_cast<std::size_t>(dims_[2]), 1, [&](std::size_t begin, std::size_t end) {

@@ -23,6 +23,9 @@ class BrickGrid {
   /// One pass over the voxels, on all threads. `volume` must have cells.
   explicit BrickGrid(const Volume& volume);
 
+  /// Memory of the bricks of a volume with these dims, before they are built.
+  static double bytes(const std::array<int, 3>& volume_dims);
+
   const std::array<int, 3>& dims() const { return dims_; }  ///< bricks along i, j, k
   const BrickRange& at(const std::array<int, 3>& brick) const {
     return ranges_[index(brick[0], brick[1], brick[2])];

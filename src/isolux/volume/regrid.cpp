@@ -70,7 +70,7 @@ Volume described_like(const Volume& volume) {
 
 Volume cropped(const Volume& volume, const VoxelBlock& block) {
   Volume result = described_like(volume);
-  const auto [i0, j0, k0] = block.first;
+  const int i0 = block.first[0], j0 = block.first[1], k0 = block.first[2];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     result.dims[axis] = block.last[axis] - block.first[axis] + 1;
   }
