@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include <cstdint>
-#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -26,19 +26,33 @@ void read_scene(const std::string& bytes) {
   if (!document.is_discarded()) describe(document, "scene");
 }
 
-void read_volume(const std::string& bytes) {
-  static const std::string path = (std::filesystem::temp_directory_path() /
-                                   ("isolux-fuzz-" + kFormat + "-" + std::to_string(::getpid())))
-                                      .string();
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
-  try {
-    const ReadResult result = read_input({path, {}});
-    if (voxel_count(*result.volume) == 0) std::abort();
-  } catch (...) {
-    std::filesystem::remove(path);
-    throw;
+// A folder of its own for the input, since reading a DICOM file looks at its neighbours.
+class InputFolder {
+ public:
+  InputFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "isolux-fuzz-XXXXXX").string();
+    if (!::mkdtemp(name.data())) std::abort();
+    folder_ = name;
   }
-  std::filesystem::remove(path);
+  ~InputFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  InputFolder(const InputFolder&) = delete;
+  InputFolder& operator=(const InputFolder&) = delete;
+
+  std::string file() const { return (folder_ / ("input." + kFormat)).string(); }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+void read_volume(const std::string& bytes) {
+  static const InputFolder folder;
+  const std::string path = folder.file();
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+  const ReadResult result = read_input({path, {}});
+  if (voxel_count(*result.volume) == 0) std::abort();
 }
 
 }  // namespace
