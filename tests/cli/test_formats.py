@@ -1,6 +1,8 @@
 """Every format, the right way round, from the command line; and what convert writes."""
 
+import gzip
 import json
+import resource
 import unittest
 
 from isolux import SHARED, USAGE, WORK, TestCase, needs_shared
@@ -87,6 +89,17 @@ class Limits(TestCase):
         self.run_isolux("info", "phantom:head,size=64", "--max-memory", "600k")
         self.refused("info", "phantom:sphere", "--max-memory", "lots", status=USAGE,
                      about="--max-memory")
+
+    def test_memory_is_only_taken_for_voxels_that_are_there(self):
+        # Deflate could make 9 GB of 9 MB, but here it makes 9 MB of 9 kB.
+        (self.folder / "a.nrrd").write_bytes(
+            b"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 1000 1000 9000\nencoding: gzip\n\n"
+            + gzip.compress(bytes(9_000_000)) + bytes(9_000_000))
+
+        def one_gigabyte():
+            resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
+        self.refused("info", "a.nrrd", "--max-memory", "20G", status=WORK,
+                     about="9000000 of 9000000000", preexec_fn=one_gigabyte)
 
     def test_a_header_names_files_elsewhere_only_where_it_is_trusted(self):
         (self.folder / "header").mkdir()

@@ -37,13 +37,6 @@ Affine placement(const std::string& path, const MetaImageHeader& header) {
   return affine;
 }
 
-// A stretch of one data file.
-struct Stretch {
-  StoredBytes file;
-  std::uint64_t skip = 0;
-  std::uint64_t bytes = 0;
-};
-
 // Where the bytes [begin, end) of all data files' contents, one behind the other, lie. Each file
 // holds `share` of them.
 std::vector<Stretch> stretches(const MetaImageHeader& header, std::uint64_t share,
@@ -75,6 +68,7 @@ void check_promises(const std::string& path, const std::vector<Stretch>& list,
                   stretch.file.deflated ? "zlib" : "raw");
   }
   check_memory(static_cast<double>(bytes), path);
+  check_large_stretches(list);
 }
 
 VoxelArray read_voxels(const ReadRequest& request, const MetaImageHeader& header,
@@ -87,22 +81,11 @@ VoxelArray read_voxels(const ReadRequest& request, const MetaImageHeader& header
   check_promises(request.name, list, bytes);
 
   constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
-  return voxels_filled(
-      header.type, count, header.big_endian != kThisMachineIsBig, header.rescale, result.notes,
-      [&](char* to) {
-        for (const Stretch& stretch : list) {
-          const std::size_t got =
-              read_bytes(stretch.file, stretch.skip, to, stretch.bytes, request.listener);
-          if (got < stretch.bytes) {
-            throw WorkError(stretch.file.path,
-                            "ends too early: " + std::to_string(got) + " of " +
-                                std::to_string(stretch.bytes) + " bytes of voxels are there",
-                            "is the file complete?");
-          }
-          to += stretch.bytes;
-          if (stretch.file.path != request.name) result.files.push_back(stretch.file.path);
-        }
-      });
+  for (const Stretch& stretch : list) {
+    if (stretch.file.path != request.name) result.files.push_back(stretch.file.path);
+  }
+  return voxels_filled(header.type, count, header.big_endian != kThisMachineIsBig, header.rescale,
+                       result.notes, [&](char* to) { read_stretches(list, to, request.listener); });
 }
 
 ReadResult read(const ReadRequest& request) {

@@ -174,15 +174,10 @@ VoxelArray read_voxels(const ReadRequest& request, const StoredBytes& file,
     result.notes.push_back("the file is cut short: its last volumes are missing");
   }
 
-  return voxels_filled(
-      header.type, count, header.swapped, header.rescale, result.notes, [&](char* to) {
-        const std::size_t got = read_bytes(file, skip, to, bytes, request.listener);
-        if (got == bytes) return;
-        throw WorkError(file.path,
-                        "ends too early: " + std::to_string(got) + " of the volume's " +
-                            std::to_string(bytes) + " bytes are there",
-                        "is the file complete?");
-      });
+  const std::vector<Stretch> stretch = {{file, skip, bytes}};
+  check_large_stretches(stretch);
+  return voxels_filled(header.type, count, header.swapped, header.rescale, result.notes,
+                       [&](char* to) { read_stretches(stretch, to, request.listener); });
 }
 
 ReadResult read(const ReadRequest& request) {

@@ -53,17 +53,18 @@ std::uint64_t behind_lines(const std::string& path, std::uint64_t offset, int li
   return static_cast<std::uint64_t>(file.tellg());
 }
 
-// The data as they are stored, raw or gzip, of all files one behind the other.
-void read_data(const ReadRequest& request, const NrrdHeader& header, std::uint64_t bytes,
-               char* to) {
+// Where the data lie, raw or gzip, in all files one behind the other.
+std::vector<Stretch> stretches(const std::string& path, const NrrdHeader& header,
+                               std::uint64_t bytes) {
   const bool deflated = header.encoding != "raw";
   const bool attached = header.data_files.empty();
   const std::vector<std::string> files =
-      attached ? std::vector<std::string>{request.name} : header.data_files;
+      attached ? std::vector<std::string>{path} : header.data_files;
   const std::uint64_t share = bytes / files.size();
   if (share * files.size() != bytes) {
-    throw WorkError(request.name, "its data do not fill its data files evenly", "mend the header");
+    throw WorkError(path, "its data do not fill its data files evenly", "mend the header");
   }
+  std::vector<Stretch> list;
   for (const std::string& file : files) {
     const auto begin = attached ? static_cast<std::uint64_t>(header.header_bytes) : 0;
     StoredBytes stored{file, behind_lines(file, begin, header.line_skip), deflated};
@@ -75,15 +76,9 @@ void read_data(const ReadRequest& request, const NrrdHeader& header, std::uint64
       stored.offset = 0;
       skip = static_cast<std::uint64_t>(stored_size(stored)) - share;
     }
-    const std::size_t got = read_bytes(stored, skip, to, share, request.listener);
-    if (got < share) {
-      throw WorkError(file,
-                      "ends too early: " + std::to_string(got) + " of " + std::to_string(share) +
-                          " bytes of voxels are there",
-                      "is the file complete?");
-    }
-    to += share;
+    list.push_back({stored, skip, share});
   }
+  return list;
 }
 
 std::optional<StoredType> stored_type(int nrrd_type) {
@@ -218,9 +213,11 @@ ReadResult read(const ReadRequest& request) {
   if (!type) throw WorkError(result.name, "its voxel type is not a number", "convert it first");
   if (by_us) {
     constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
+    const std::vector<Stretch> list = stretches(request.name, header, count * bytes_of(*type));
+    check_large_stretches(list);
     volume->voxels =
         voxels_filled(*type, count, header.big_endian != kThisMachineIsBig, {}, result.notes,
-                      [&](char* to) { read_data(request, header, count * bytes_of(*type), to); });
+                      [&](char* to) { read_stretches(list, to, request.listener); });
   } else {
     volume->voxels = voxels_from(*type, nrrd->data, count, {}, result.notes);
   }

@@ -117,6 +117,13 @@ std::size_t read_deflated(const StoredBytes& from, std::uint64_t skip, char* to,
   return done;
 }
 
+WorkError too_short(const Stretch& stretch, std::uint64_t got) {
+  return {stretch.file.path,
+          "ends too early: " + std::to_string(got) + " of " + std::to_string(stretch.bytes) +
+              " bytes of voxels are there",
+          "is the file complete?"};
+}
+
 }  // namespace
 
 std::size_t read_bytes(const StoredBytes& from, std::uint64_t skip, char* to, std::size_t count,
@@ -124,6 +131,33 @@ std::size_t read_bytes(const StoredBytes& from, std::uint64_t skip, char* to, st
   Progress progress(listener, "reading", count);
   return from.deflated ? read_deflated(from, skip, to, count, progress)
                        : read_plain(from, skip, to, count, progress);
+}
+
+void check_large_stretches(const std::vector<Stretch>& stretches) {
+  constexpr std::uint64_t kLarge = 1'000'000'000;
+  std::uint64_t promised = 0;
+  for (const Stretch& stretch : stretches) promised += stretch.bytes;
+  if (promised < kLarge) return;
+  std::vector<char> piece(kPiece);
+  for (const Stretch& stretch : stretches) {
+    if (!stretch.file.deflated) continue;
+    Inflater inflater(stretch.file);
+    std::uint64_t missing = stretch.skip + stretch.bytes;
+    while (missing > 0) {
+      const std::size_t got = inflater.read(piece.data(), std::min<std::uint64_t>(missing, kPiece));
+      if (got == 0) throw too_short(stretch, stretch.bytes - std::min(missing, stretch.bytes));
+      missing -= got;
+    }
+  }
+}
+
+void read_stretches(const std::vector<Stretch>& stretches, char* to,
+                    const ProgressListener& listener) {
+  for (const Stretch& stretch : stretches) {
+    const std::size_t got = read_bytes(stretch.file, stretch.skip, to, stretch.bytes, listener);
+    if (got < stretch.bytes) throw too_short(stretch, got);
+    to += stretch.bytes;
+  }
 }
 
 std::string first_bytes(const StoredBytes& from, std::size_t count) {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "isolux/base/progress.h"
 
@@ -20,6 +21,24 @@ struct StoredBytes {
 /// @throws WorkError  where the file cannot be read, or its deflated bytes are damaged.
 std::size_t read_bytes(const StoredBytes& from, std::uint64_t skip, char* to, std::size_t count,
                        const ProgressListener& listener = {});
+
+/// `bytes` of a file behind the first `skip` (of the inflated ones, where deflated): one piece of a
+/// volume's voxels.
+struct Stretch {
+  StoredBytes file;
+  std::uint64_t skip = 0;
+  std::uint64_t bytes = 0;
+};
+
+/// Inflates, and forgets, what a very large promise (1 GB and more) is said to be made of, so that
+/// memory is only taken for it where it is there. Does nothing for stretches that are not deflated.
+/// @throws WorkError  where a stretch is shorter than promised, or damaged.
+void check_large_stretches(const std::vector<Stretch>& stretches);
+
+/// Reads all stretches, one behind the other.
+/// @throws WorkError  where one is shorter than promised, damaged, or cannot be read.
+void read_stretches(const std::vector<Stretch>& stretches, char* to,
+                    const ProgressListener& listener);
 
 /// The first bytes, at most `count`; fewer where the file ends.
 std::string first_bytes(const StoredBytes& from, std::size_t count);
