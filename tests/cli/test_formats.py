@@ -2,8 +2,10 @@
 
 import gzip
 import json
+import os
 import resource
 import unittest
+import zipfile
 
 from isolux import SHARED, USAGE, WORK, TestCase, needs_shared
 from pictures import blob, grid, write_nrrd
@@ -79,6 +81,48 @@ class Choices(TestCase):
 
 
 class Limits(TestCase):
+    def info(self, name, *words):
+        return json.loads(self.run_isolux("info", name, "--json", *words).stdout)
+
+    def test_a_volume_of_a_4d_nrrd_is_chosen(self):
+        (self.folder / "a.nrrd").write_bytes(
+            b"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 2 2 3\nencoding: raw\n\n"
+            + bytes(range(24)))
+        for volume in range(3):
+            found = self.info("a.nrrd", "--volume", str(volume))
+            self.assertEqual((found["min"], found["max"]), (8 * volume, 8 * volume + 7))
+        self.refused("info", "a.nrrd", "--volume", "3", status=USAGE, about="--volume")
+
+    def test_words_of_a_nrrd_header_know_no_case(self):
+        (self.folder / "a.nrrd").write_bytes(
+            b"NRRD0004\ntype: Short\ndimension: 3\nsizes: 2 2 2\nendian: Big\nencoding: Raw\n\n"
+            + b"\1\0" * 8)
+        self.assertEqual(self.info("a.nrrd")["max"], 256)
+
+    def test_a_spacing_below_zero_is_refused_and_a_missing_one_is_told(self):
+        header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: {} 2 2\n" \
+                 "encoding: raw\n\n12345678"
+        for spacing in ("-1", "0"):
+            (self.folder / "a.nrrd").write_text(header.format(spacing))
+            self.refused("info", "a.nrrd", status=WORK, about="a.nrrd")
+        (self.folder / "a.nrrd").write_text(header.format("nan"))
+        self.assertTrue(any("no spacing" in note for note in self.info("a.nrrd")["notes"]))
+
+    def test_a_detached_pair_in_a_zip_is_found(self):
+        with zipfile.ZipFile(self.folder / "a.zip", "w") as archive:
+            archive.writestr("scan/a.nhdr", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\n"
+                                            "encoding: raw\ndata file: a.raw\n")
+            archive.writestr("scan/a.raw", "12345678")
+        self.assertEqual(self.info("a.zip")["dims"], [2, 2, 2])
+
+    def test_closed_standard_streams_change_nothing(self):
+        def close_all():
+            for number in (0, 1, 2):
+                os.close(number)
+        for name, how in (("a.png", {}), ("b.png", {"preexec_fn": close_all})):
+            self.run_isolux("render", "phantom:sphere", "--size", "16x16", "-o", name, **how)
+        self.assertEqual((self.folder / "a.png").read_bytes(), (self.folder / "b.png").read_bytes())
+
     def test_a_headerless_file_gets_a_guess(self):
         (self.folder / "scan").write_bytes(bytes(64 * 64 * 20 * 2))
         self.refused("info", "scan", status=WORK, about="163840 bytes could be 64x64x20 i16")

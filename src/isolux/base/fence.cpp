@@ -12,8 +12,10 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <mutex>
 
+#include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
 
 namespace isolux {
@@ -55,6 +57,11 @@ double address_space() {
   ::_exit(0);
 }
 
+WorkError no_child() {
+  return {"decoder", std::string("no process for it can be started: ") + std::strerror(errno),
+          "close other programs, or raise the limits"};
+}
+
 // A child at work; the destructor ends it.
 class Child {
  public:
@@ -64,14 +71,14 @@ class Child {
     static std::mutex forking;
     const std::lock_guard lock(forking);
     int ends[2];
-    if (::pipe2(ends, O_CLOEXEC) != 0) throw FenceBroken("failed: no pipe could be opened");
+    if (::pipe2(ends, O_CLOEXEC) != 0) throw no_child();
     pid_ = ::fork();
     if (pid_ == 0) be_child(limits, ends[1], work);
     ::close(ends[1]);
     file_ = ends[0];
     if (pid_ < 0) {
       ::close(file_);
-      throw FenceBroken("failed: no process could be started");
+      throw no_child();
     }
   }
   ~Child() {

@@ -47,7 +47,7 @@ class FenceInput {
 /// with one thread: `work` must not use parallel_for. It hears and says nothing (standard input,
 /// output and error are closed), and it is gone when this returns or throws. May be called from
 /// several threads.
-/// @throws FenceBroken, and whatever `use` throws.
+/// @throws FenceBroken; WorkError where no child can be started; and whatever `use` throws.
 void run_fenced(const FenceLimits& limits, const std::function<void(FenceOutput&)>& work,
                 const std::function<void(FenceInput&)>& use);
 

@@ -79,7 +79,11 @@ int run_convert(const Command& command, const Arguments& arguments) {
         changed ? *changed : *input.volume,
         {spacing[0].get<double>(), spacing[1].get<double>(), spacing[2].get<double>()});
   }
-  write_volume(output, changed ? *changed : *input.volume);
+  const Volume& written = changed ? *changed : *input.volume;
+  write_volume(output, written);
+  if (rounds_placement(output, written)) {
+    warn(output + ": NIfTI-1 keeps the placement as 32-bit floats, so it is rounded");
+  }
   return 0;
 }
 

@@ -27,6 +27,15 @@ json read_scene_file(const std::string& path) {
   return document;
 }
 
+bool is_utf8(const std::string& text) {
+  try {
+    json(text).dump();
+    return true;
+  } catch (const json::type_error&) {
+    return false;
+  }
+}
+
 std::vector<std::shared_ptr<const Volume>> volumes_of(const std::vector<ReadResult>& inputs) {
   std::vector<std::shared_ptr<const Volume>> volumes;
   volumes.reserve(inputs.size());
@@ -40,6 +49,10 @@ json document_from(const Arguments& arguments) {
   json document =
       arguments.has("scene") ? read_scene_file(arguments.at("scene")) : empty_document();
   if (!arguments.inputs.empty()) document["input"] = arguments.inputs;
+  for (const std::string& name : arguments.inputs) {
+    // A scene, and so a picture's record, is JSON, which holds UTF-8 alone.
+    if (!is_utf8(name)) throw UsageError(name, "its name is not UTF-8", "rename it");
+  }
   for (const Option& option : scene_options()) {
     if (!arguments.has(option.name)) continue;
     json values = json::array();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iostream>
 #include <new>
+#include <system_error>
 
 #include "isolux/base/error.h"
 #include "isolux/base/parallel.h"
@@ -79,6 +80,10 @@ int run(const std::vector<std::string>& arguments) {
   } catch (const std::bad_alloc&) {
     return report(WorkError("memory", "there is not enough", "try a smaller picture or volume"),
                   kWorkFailed);
+  } catch (const std::system_error& error) {
+    return report(
+        WorkError("isolux", error.what(), "the machine has run out of something it needs"),
+        kWorkFailed);
   } catch (const std::exception& error) {
     return report(
         WorkError("isolux", error.what(), "this is a fault of the program; please report it"),

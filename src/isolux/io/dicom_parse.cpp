@@ -23,6 +23,7 @@ const gdcm::Tag kPixelData(0x7fe0, 0x0010);
 
 std::unique_ptr<std::istream> open(const std::string& path, std::size_t start) {
   auto file = std::make_unique<std::ifstream>(path, std::ios::binary);
+  if (!*file) throw std::runtime_error("cannot be opened");
   if (start == 0) return file;
   file->seekg(static_cast<std::streamoff>(start));
   auto rest = std::make_unique<std::stringstream>();

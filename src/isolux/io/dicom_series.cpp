@@ -21,6 +21,9 @@ bool is_dicom(const fs::directory_entry& entry) {
   std::error_code error;
   if (!entry.is_regular_file(error)) return false;
   std::ifstream file(entry.path(), std::ios::binary);
+  if (!file) {  // it could be a slice: leaving it out in silence would draw another volume
+    throw WorkError(entry.path().string(), "cannot be read", "check its permissions");
+  }
   std::string bytes(512, '\0');
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));

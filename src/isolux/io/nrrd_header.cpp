@@ -28,6 +28,11 @@ std::string field_name(const std::string& text) {
   return name;
 }
 
+std::string lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
 double sample_bytes(const std::string& type) {
   static const std::map<std::string, double> kBytes = {{"signed char", 1},
                                                        {"int8", 1},
@@ -157,8 +162,9 @@ NrrdHeader read_nrrd_header(const std::string& path) {
       throw damaged(path, "a line has no field: '" + trimmed(line).substr(0, 40) + "'");
     const std::string name = field_name(line.substr(0, colon));
     const std::string value = trimmed(line.substr(colon + 1));
+    const std::string keyword = lower_case(value);  // NRRD's own words know no case
     if (name == "type") {
-      header.bytes_per_sample = sample_bytes(value);
+      header.bytes_per_sample = sample_bytes(keyword);
       if (header.bytes_per_sample == 0)
         throw damaged(path, "type '" + value + "' is not a number type");
     } else if (name == "dimension") {
@@ -168,13 +174,13 @@ NrrdHeader read_nrrd_header(const std::string& path) {
         header.sizes.push_back(whole_field(path, name, word, 1));
       }
     } else if (name == "encoding") {
-      header.encoding = value;
+      header.encoding = keyword;
     } else if (name == "byteskip") {
       header.byte_skip = whole_field(path, "byte skip", value, -1);
     } else if (name == "lineskip") {
       header.line_skip = static_cast<int>(whole_field(path, "line skip", value, 0));
     } else if (name == "endian") {
-      header.big_endian = value == "big";
+      header.big_endian = keyword == "big";
     } else if (name == "datafile") {
       header.data_files = read_data_files(path, value, file);
       for (std::string& data : header.data_files) data = data_file_beside(path, data);

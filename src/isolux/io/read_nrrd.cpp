@@ -8,8 +8,11 @@
 #include <optional>
 
 #include "isolux/base/error.h"
+#include "isolux/base/number_text.h"
+#include "isolux/io/chosen_volume.h"
 #include "isolux/io/format.h"
 #include "isolux/io/nrrd_header.h"
+#include "isolux/io/placement_fault.h"
 #include "isolux/io/stored_bytes.h"
 #include "isolux/io/stored_voxels.h"
 
@@ -81,6 +84,20 @@ std::vector<Stretch> stretches(const std::string& path, const NrrdHeader& header
   return list;
 }
 
+// The bytes [begin, begin + count) of what stretches hold together.
+std::vector<Stretch> part_of(const std::vector<Stretch>& stretches, std::uint64_t begin,
+                             std::uint64_t count) {
+  std::vector<Stretch> part;
+  std::uint64_t before = 0;
+  for (const Stretch& stretch : stretches) {
+    const std::uint64_t first = std::max(begin, before);
+    const std::uint64_t last = std::min(begin + count, before + stretch.bytes);
+    if (first < last) part.push_back({stretch.file, stretch.skip + first - before, last - first});
+    before += stretch.bytes;
+  }
+  return part;
+}
+
 std::optional<StoredType> stored_type(int nrrd_type) {
   switch (nrrd_type) {
     case nrrdTypeChar:
@@ -145,8 +162,18 @@ Affine placement(const Nrrd& nrrd, ReadResult& result) {
                           : 0;
       }
     } else {
-      const double spacing = std::isfinite(info.spacing) ? std::fabs(info.spacing) : 1;
-      column = factors[static_cast<int>(axis)] * spacing * column;
+      // NrrdIO makes a spacing that the header lacks NaN, as it does one that the header calls NaN.
+      if (info.spacing <= 0) {
+        throw WorkError(
+            result.name,
+            "has a spacing of " + to_text(info.spacing) + " along axis " + std::to_string(axis),
+            "mend its header, or turn the axis by a direction");
+      }
+      const bool is_given = std::isfinite(info.spacing);
+      if (!is_given) {
+        result.notes.push_back("axis " + std::to_string(axis) + " has no spacing: 1 mm");
+      }
+      column = factors[static_cast<int>(axis)] * (is_given ? info.spacing : 1) * column;
     }
   }
   const unsigned origin_axes = std::min(nrrd.spaceDim, 3u);
@@ -156,11 +183,8 @@ Affine placement(const Nrrd& nrrd, ReadResult& result) {
       world_from_index.offset[static_cast<int>(row)] = factors[static_cast<int>(row)] * at;
     }
   }
-  const double det = determinant(world_from_index.linear);
-  if (!std::isfinite(det) || det == 0) {
-    throw WorkError(result.name,
-                    "its axes do not span space (spacings or directions are zero or not finite)",
-                    "mend its header");
+  if (const std::string fault = placement_fault(world_from_index); !fault.empty()) {
+    throw WorkError(result.name, "its placement " + fault, "mend its header");
   }
   return world_from_index;
 }
@@ -179,6 +203,7 @@ ReadResult read(const ReadRequest& request) {
   const bool by_us =
       header.encoding == "raw" || header.encoding == "gzip" || header.encoding == "gz";
   const NrrdPointer nrrd = load(request.name, !by_us);
+  std::size_t volumes = 1;
   for (unsigned axis = 0; axis < nrrd->dim; ++axis) {
     const bool is_values = axis == 0 && nrrd->axis[axis].kind != nrrdKindUnknown &&
                            !nrrdKindIsDomain(nrrd->axis[axis].kind);
@@ -187,10 +212,7 @@ ReadResult read(const ReadRequest& request) {
                       "has " + std::to_string(nrrd->axis[axis].size) + " values a voxel",
                       "isolux draws surfaces of one value; extract a channel first");
     }
-    if (axis > 2 && nrrd->axis[axis].size > 1) {
-      throw WorkError(request.name, "has " + std::to_string(nrrd->dim) + " dimensions",
-                      "this version reads volumes of three; extract one first");
-    }
+    if (axis > 2) volumes *= nrrd->axis[axis].size;
   }
   auto volume = std::make_shared<Volume>();
   volume->dims = {1, 1, 1};
@@ -209,17 +231,22 @@ ReadResult read(const ReadRequest& request) {
   if (!unit.empty() && unit != "mm" && unit != "millimeter" && unit != "millimeters") {
     result.notes.push_back("its lengths are in '" + unit + "' and taken as mm, number for number");
   }
+  result.volume_count = static_cast<int>(std::min<std::size_t>(volumes, 1 << 30));
+  const std::uint64_t chosen = chosen_volume(request, result);
   const auto type = stored_type(nrrd->type);
   if (!type) throw WorkError(result.name, "its voxel type is not a number", "convert it first");
   if (by_us) {
     constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
-    const std::vector<Stretch> list = stretches(request.name, header, count * bytes_of(*type));
+    const std::uint64_t bytes = count * bytes_of(*type);
+    const std::vector<Stretch> list =
+        part_of(stretches(request.name, header, bytes * volumes), chosen * bytes, bytes);
     check_large_stretches(list);
     volume->voxels =
         voxels_filled(*type, count, header.big_endian != kThisMachineIsBig, {}, result.notes,
                       [&](char* to) { read_stretches(list, to, request.listener); });
   } else {
-    volume->voxels = voxels_from(*type, nrrd->data, count, {}, result.notes);
+    const char* data = static_cast<const char*>(nrrd->data) + chosen * count * bytes_of(*type);
+    volume->voxels = voxels_from(*type, data, count, {}, result.notes);
   }
   result.volume = volume;
   return result;

@@ -30,6 +30,7 @@ struct PageLayout {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   std::uint16_t samples = 1;  ///< per pixel: 1 grey, 3 or 4 colour
+  std::uint16_t photometric = PHOTOMETRIC_MINISBLACK;
   StoredType type = StoredType::kU8;
 
   bool operator==(const PageLayout&) const = default;
@@ -74,6 +75,13 @@ PageLayout page_layout(TIFF& tiff, const std::string& path) {
   TIFFGetFieldDefaulted(&tiff, TIFFTAG_SAMPLEFORMAT, &format);
   TIFFGetFieldDefaulted(&tiff, TIFFTAG_SAMPLESPERPIXEL, &layout.samples);
   TIFFGetFieldDefaulted(&tiff, TIFFTAG_PLANARCONFIG, &planar);
+  TIFFGetField(&tiff, TIFFTAG_PHOTOMETRIC, &layout.photometric);
+  std::uint16_t compression = COMPRESSION_NONE;
+  TIFFGetFieldDefaulted(&tiff, TIFFTAG_COMPRESSION, &compression);
+  if (layout.photometric == PHOTOMETRIC_YCBCR && compression == COMPRESSION_JPEG) {
+    TIFFSetField(&tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+    layout.photometric = PHOTOMETRIC_RGB;
+  }
   constexpr std::uint32_t kLargest = 1 << 20;
   if (layout.width < 1 || layout.height < 1 || layout.width > kLargest ||
       layout.height > kLargest) {
@@ -91,6 +99,9 @@ PageLayout page_layout(TIFF& tiff, const std::string& path) {
   if ((!is_grey && !is_colour) || (layout.samples > 1 && planar != PLANARCONFIG_CONTIG)) {
     throw WorkError(path, "has " + std::to_string(layout.samples) + " values a pixel",
                     "isolux draws surfaces of one value; extract a channel first");
+  }
+  if (is_colour && layout.photometric != PHOTOMETRIC_RGB) {
+    throw WorkError(path, "has colours that are not RGB", "convert it to grey first");
   }
   if (is_colour && layout.type != StoredType::kU8) {
     throw WorkError(path, "has colours of more than 8 bits", "convert it to grey first");
@@ -203,6 +214,12 @@ ReadResult read_stack(const ReadRequest& request, const std::vector<std::string>
     volume->voxels = voxels_from(layout->type, bytes.data(), count, {}, result.notes);
     result.notes.push_back(layout->samples == 2 ? "its alpha channel is left out"
                                                 : "its colours were made grey (Rec. 709 luma)");
+  }
+  if (layout->photometric == PHOTOMETRIC_PALETTE) {
+    result.notes.push_back("a picture with a palette: its values are the numbers of the colours");
+  }
+  if (layout->photometric == PHOTOMETRIC_MINISWHITE) {
+    result.notes.push_back("its greatest value means black; values are kept as stored");
   }
   if (!request.grid.spacing_mm) {
     result.notes.push_back(

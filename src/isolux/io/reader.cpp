@@ -8,6 +8,7 @@
 
 #include "isolux/base/error.h"
 #include "isolux/io/format.h"
+#include "isolux/io/placement_fault.h"
 #include "isolux/io/unpacked_zip.h"
 
 namespace isolux {
@@ -94,7 +95,18 @@ ReadResult read_unpacked(const ReadRequest& request, const UnpackedZip& zip) {
 
 ReadResult read_zip(const ReadRequest& request) {
   const UnpackedZip zip(request.name);
-  ReadResult result = read_unpacked(request, zip);
+  ReadResult result;
+  try {
+    result = read_unpacked(request, zip);
+  } catch (const WorkError& error) {
+    // It names a file in a folder that is gone when the message is read.
+    std::string why = error.what();
+    const std::string folder = zip.folder().string() + "/";
+    for (std::size_t at = 0; (at = why.find(folder)) != std::string::npos;) {
+      why.erase(at, folder.size());
+    }
+    throw WorkError(request.name, "in it, " + why.substr(0, why.rfind("; ")), "unpack it and look");
+  }
   result.files = {request.name};
   result.notes.insert(result.notes.begin(),
                       "unpacked " + std::to_string(zip.file_count()) + " files from the zip");
@@ -117,9 +129,11 @@ ReadResult read_known_format(const ReadRequest& request) {
 ReadResult read_file(const ReadRequest& request) {
   ReadResult result = read_known_format(request);
   if (!request.grid.spacing_mm || result.format == "raw") return result;
-  auto placed = std::make_shared<Volume>(*result.volume);
-  replace_spacing(*placed, *request.grid.spacing_mm);
-  result.volume = placed;
+  // Nobody else has the volume yet, so it can be placed anew where it is.
+  replace_spacing(*std::const_pointer_cast<Volume>(result.volume), *request.grid.spacing_mm);
+  if (const std::string fault = placement_fault(result.volume->world_from_index); !fault.empty()) {
+    throw UsageError("--spacing", "with it, the placement " + fault, "give another spacing");
+  }
   result.notes.push_back("the file's own spacing was replaced by --spacing");
   return result;
 }

@@ -3,15 +3,12 @@
 #include <archive.h>
 #include <archive_entry.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <vector>
 
 #include "isolux/base/error.h"
-#include "isolux/base/memory.h"
-#include "isolux/io/stored_voxels.h"
 
 namespace isolux {
 namespace {
@@ -27,9 +24,11 @@ WorkError damaged(const std::string& path, archive* zip) {
 }  // namespace
 
 UnpackedZip::UnpackedZip(const std::string& path) {
-  std::string name = (fs::temp_directory_path() / "isolux-zip-XXXXXX").string();
-  if (!::mkdtemp(name.data())) {
-    throw WorkError(name, "cannot be made to unpack into", "set TMPDIR to a folder with room");
+  std::error_code none;
+  std::string name = (fs::temp_directory_path(none) / "isolux-zip-XXXXXX").string();
+  if (none || !::mkdtemp(name.data())) {
+    throw WorkError(path, "cannot be unpacked: there is no temporary folder",
+                    "set TMPDIR to a folder with room");
   }
   folder_ = name;
   try {
@@ -48,6 +47,7 @@ UnpackedZip::~UnpackedZip() {
 
 void UnpackedZip::unpack(const std::string& path) {
   constexpr int kMostFiles = 100'000;
+  constexpr double kSmall = 64e6, kUsualRatio = 200;  // scans seldom shrink to a tenth
   const std::unique_ptr<archive, decltype(&archive_read_free)> zip(archive_read_new(),
                                                                    archive_read_free);
   archive_read_support_format_zip(zip.get());
@@ -66,15 +66,23 @@ void UnpackedZip::unpack(const std::string& path) {
     if (++file_count_ > kMostFiles) {
       throw WorkError(path, "holds more than 100000 files", "unpack the ones that are wanted");
     }
-    char file_name[32];
-    std::snprintf(file_name, sizeof file_name, "%06d", file_count_);
+    // The bare name, so that slices keep their natural order and headers find their data; no path,
+    // so that nothing can step out of the folder.
+    const char* entry_name = archive_entry_pathname(entry);
+    fs::path file_name = fs::path(entry_name ? entry_name : "").filename();
+    if (file_name.empty() || file_name == "." || file_name == "..") file_name = "unnamed";
+    if (fs::exists(folder_ / file_name)) {
+      file_name = std::to_string(file_count_) + "-" + file_name.string();
+    }
     std::ofstream file(folder_ / file_name, std::ios::binary);
     while (true) {
       const la_ssize_t got = archive_read_data(zip.get(), piece.data(), piece.size());
       if (got < 0) throw damaged(path, zip.get());
       if (got == 0) break;
       unpacked_bytes += static_cast<double>(got);
-      check_promise(path, unpacked_bytes, packed_bytes, "deflate");
+      if (unpacked_bytes > kSmall + kUsualRatio * packed_bytes) {
+        throw WorkError(path, "unpacks to more than 200 times its size", "unpack it by hand");
+      }
       file.write(piece.data(), got);
     }
     file.close();

@@ -5,13 +5,13 @@
 
 namespace isolux {
 
-/// The files of a zip archive in a new private folder, which goes when this does. Their names and
-/// paths are not kept, only their order, so that none can step out of the folder; links and devices
-/// are left out.
+/// The files of a zip archive in a new private folder, which goes when this does. Of their names
+/// only the last part is kept, so that none can step out of the folder; links and devices are left
+/// out.
 class UnpackedZip {
  public:
-  /// @throws WorkError  where the archive is damaged, is encrypted, unpacks to more than it can
-  /// hold or to more than memory allows, or has more than a hundred thousand files.
+  /// @throws WorkError  where the archive is damaged, is encrypted, unpacks to more than 64 MB and
+  /// 200 times its size, or has more than a hundred thousand files.
   explicit UnpackedZip(const std::string& path);
   ~UnpackedZip();
   UnpackedZip(const UnpackedZip&) = delete;

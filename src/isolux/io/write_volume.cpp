@@ -84,6 +84,7 @@ std::string as_metaimage(const Volume& volume) {
       "CompressedData = True\nCompressedDataSize = " +
       std::to_string(data.size()) + "\nTransformMatrix = " + listed(unit.column[0], " ") + " " +
       listed(unit.column[1], " ") + " " + listed(unit.column[2], " ") +
+      (volume.modality == "CT" ? "\nModality = MET_MOD_CT" : "") +
       "\nOffset = " + listed(volume.world_from_index.offset, " ") +
       "\nCenterOfRotation = 0 0 0\nElementSpacing = " + listed(spacing_mm(volume), " ") +
       "\nDimSize = " + dims_text(volume) + "\nElementType = ";
@@ -144,6 +145,18 @@ Encoder encoder_for(const std::string& path) {
 }
 
 }  // namespace
+
+bool rounds_placement(const std::string& path, const Volume& volume) {
+  if (path.ends_with(".nrrd") || path.ends_with(".mha")) return false;
+  const Affine& a = volume.world_from_index;
+  for (const Vec3& column :
+       {a.linear.column[0], a.linear.column[1], a.linear.column[2], a.offset}) {
+    for (int row = 0; row < 3; ++row) {
+      if (static_cast<double>(static_cast<float>(column[row])) != column[row]) return true;
+    }
+  }
+  return false;
+}
 
 void check_volume_name(const std::string& path) { encoder_for(path); }
 

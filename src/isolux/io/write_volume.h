@@ -12,6 +12,9 @@ namespace isolux {
 /// @throws UsageError  another ending. @throws WorkError  cannot be written.
 void write_volume(const std::string& path, const Volume& volume);
 
+/// Whether the format that the name says cannot hold the volume's placement exactly.
+bool rounds_placement(const std::string& path, const Volume& volume);
+
 /// @throws UsageError  where write_volume would not know the ending.
 void check_volume_name(const std::string& path);
 
