@@ -1,5 +1,6 @@
 """Every format, the right way round, from the command line; and what convert writes."""
 
+import bz2
 import gzip
 import json
 import os
@@ -92,6 +93,19 @@ class Limits(TestCase):
             found = self.info("a.nrrd", "--volume", str(volume))
             self.assertEqual((found["min"], found["max"]), (8 * volume, 8 * volume + 7))
         self.refused("info", "a.nrrd", "--volume", "3", status=USAGE, about="--volume")
+
+    def test_every_encoding_of_nrrd_is_read(self):
+        values = bytes(range(27))
+        for encoding, data in (("raw", values), ("gzip", gzip.compress(values)),
+                               ("bzip2", bz2.compress(values)), ("hex", values.hex().encode()),
+                               ("ascii", " ".join(map(str, values)).encode())):
+            (self.folder / "a.nrrd").write_bytes(
+                f"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 3 3\nencoding: {encoding}\n\n"
+                .encode() + data)
+            found = self.info("a.nrrd")
+            self.assertEqual((found["min"], found["max"]), (0, 26), encoding)
+            self.run_isolux("convert", "a.nrrd", "b.nii")
+            self.assertEqual((self.folder / "b.nii").read_bytes()[352:], values, encoding)
 
     def test_words_of_a_nrrd_header_know_no_case(self):
         (self.folder / "a.nrrd").write_bytes(

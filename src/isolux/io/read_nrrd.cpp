@@ -59,7 +59,8 @@ std::uint64_t behind_lines(const std::string& path, std::uint64_t offset, int li
 // Where the data lie, raw or gzip, in all files one behind the other.
 std::vector<Stretch> stretches(const std::string& path, const NrrdHeader& header,
                                std::uint64_t bytes) {
-  const bool deflated = header.encoding != "raw";
+  const bool deflated = header.encoding == "gzip" || header.encoding == "gz";
+  const bool bzip2 = header.encoding == "bzip2" || header.encoding == "bz2";
   const bool attached = header.data_files.empty();
   const std::vector<std::string> files =
       attached ? std::vector<std::string>{path} : header.data_files;
@@ -70,11 +71,11 @@ std::vector<Stretch> stretches(const std::string& path, const NrrdHeader& header
   std::vector<Stretch> list;
   for (const std::string& file : files) {
     const auto begin = attached ? static_cast<std::uint64_t>(header.header_bytes) : 0;
-    StoredBytes stored{file, behind_lines(file, begin, header.line_skip), deflated};
+    StoredBytes stored{file, behind_lines(file, begin, header.line_skip), deflated, bzip2};
     std::uint64_t skip = header.byte_skip > 0 ? static_cast<std::uint64_t>(header.byte_skip) : 0;
     if (header.byte_skip < 0) {  // the data stand at the end
-      if (deflated) {
-        throw WorkError(file, "a byte skip of -1 does not go with gzip", "mend the header");
+      if (deflated || bzip2) {
+        throw WorkError(file, "a byte skip of -1 does not go with compression", "mend the header");
       }
       stored.offset = 0;
       skip = static_cast<std::uint64_t>(stored_size(stored)) - share;
@@ -200,8 +201,9 @@ ReadResult read(const ReadRequest& request) {
   ReadResult result{nullptr, request.name, "NRRD", {request.name}, {}};
   result.files.insert(result.files.end(), header.data_files.begin(), header.data_files.end());
 
-  const bool by_us =
-      header.encoding == "raw" || header.encoding == "gzip" || header.encoding == "gz";
+  // Text and hexadecimal numbers are NrrdIO's.
+  constexpr const char* kOurs[] = {"raw", "gzip", "gz", "bzip2", "bz2"};
+  const bool by_us = std::ranges::find(kOurs, header.encoding) != std::end(kOurs);
   const NrrdPointer nrrd = load(request.name, !by_us);
   std::size_t volumes = 1;
   for (unsigned axis = 0; axis < nrrd->dim; ++axis) {

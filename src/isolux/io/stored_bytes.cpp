@@ -1,10 +1,14 @@
 #include "isolux/io/stored_bytes.h"
 
+#include <archive.h>
+#include <fcntl.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <vector>
 
 #include "isolux/base/error.h"
@@ -95,25 +99,60 @@ std::size_t read_plain(const StoredBytes& from, std::uint64_t skip, char* to, st
   return done;
 }
 
-std::size_t read_deflated(const StoredBytes& from, std::uint64_t skip, char* to, std::size_t count,
-                          Progress& progress) {
-  Inflater inflater(from);
+// The unpacked bytes of a bzip2 stream.
+class Bunzipper {
+ public:
+  explicit Bunzipper(const StoredBytes& bytes)
+      : path_(bytes.path), file_(::open(bytes.path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    archive_read_support_filter_bzip2(archive_.get());
+    archive_read_support_format_raw(archive_.get());
+    archive_entry* entry = nullptr;
+    if (file_ < 0 || ::lseek(file_, static_cast<off_t>(bytes.offset), SEEK_SET) < 0 ||
+        archive_read_open_fd(archive_.get(), file_, kPiece) != ARCHIVE_OK ||
+        archive_read_next_header(archive_.get(), &entry) != ARCHIVE_OK ||
+        archive_filter_code(archive_.get(), 0) != ARCHIVE_FILTER_BZIP2) {
+      ::close(file_);
+      throw damaged(path_, "they are not bzip2");
+    }
+  }
+  ~Bunzipper() { ::close(file_); }
+  Bunzipper(const Bunzipper&) = delete;
+  Bunzipper& operator=(const Bunzipper&) = delete;
+
+  /// As many of `count` bytes as there are.
+  std::size_t read(char* to, std::size_t count) {
+    const la_ssize_t got = archive_read_data(archive_.get(), to, count);
+    if (got < 0) throw damaged(path_, archive_error_string(archive_.get()));
+    return static_cast<std::size_t>(got);
+  }
+
+ private:
+  std::string path_;
+  int file_;
+  std::unique_ptr<archive, decltype(&archive_read_free)> archive_{archive_read_new(),
+                                                                  archive_read_free};
+};
+
+template <typename Unpacker>
+std::size_t read_packed(const StoredBytes& from, std::uint64_t skip, char* to, std::size_t count,
+                        Progress& progress) {
+  Unpacker unpacker(from);
   std::vector<char> skipped(std::min<std::uint64_t>(skip, kPiece));
   while (skip > 0) {
-    const std::size_t got = inflater.read(skipped.data(), std::min<std::uint64_t>(skip, kPiece));
+    const std::size_t got = unpacker.read(skipped.data(), std::min<std::uint64_t>(skip, kPiece));
     if (got == 0) return 0;
     skip -= got;
   }
   std::size_t done = 0;
   while (done < count) {
-    const std::size_t got = inflater.read(to + done, std::min(kPiece, count - done));
+    const std::size_t got = unpacker.read(to + done, std::min(kPiece, count - done));
     if (got == 0) return done;
     done += got;
     progress.advance(got);
   }
   // One byte further, so that the checksum at the end of a stream is looked at.
   char beyond = 0;
-  inflater.read(&beyond, 1);
+  unpacker.read(&beyond, 1);
   return done;
 }
 
@@ -124,13 +163,26 @@ WorkError too_short(const Stretch& stretch, std::uint64_t got) {
           "is the file complete?"};
 }
 
+template <typename Unpacker>
+void check_holds(const Stretch& stretch) {
+  std::vector<char> piece(kPiece);
+  Unpacker unpacker(stretch.file);
+  std::uint64_t missing = stretch.skip + stretch.bytes;
+  while (missing > 0) {
+    const std::size_t got = unpacker.read(piece.data(), std::min<std::uint64_t>(missing, kPiece));
+    if (got == 0) throw too_short(stretch, stretch.bytes - std::min(missing, stretch.bytes));
+    missing -= got;
+  }
+}
+
 }  // namespace
 
 std::size_t read_bytes(const StoredBytes& from, std::uint64_t skip, char* to, std::size_t count,
                        const ProgressListener& listener) {
   Progress progress(listener, "reading", count);
-  return from.deflated ? read_deflated(from, skip, to, count, progress)
-                       : read_plain(from, skip, to, count, progress);
+  if (from.deflated) return read_packed<Inflater>(from, skip, to, count, progress);
+  if (from.bzip2) return read_packed<Bunzipper>(from, skip, to, count, progress);
+  return read_plain(from, skip, to, count, progress);
 }
 
 void check_large_stretches(const std::vector<Stretch>& stretches) {
@@ -138,16 +190,9 @@ void check_large_stretches(const std::vector<Stretch>& stretches) {
   std::uint64_t promised = 0;
   for (const Stretch& stretch : stretches) promised += stretch.bytes;
   if (promised < kLarge) return;
-  std::vector<char> piece(kPiece);
   for (const Stretch& stretch : stretches) {
-    if (!stretch.file.deflated) continue;
-    Inflater inflater(stretch.file);
-    std::uint64_t missing = stretch.skip + stretch.bytes;
-    while (missing > 0) {
-      const std::size_t got = inflater.read(piece.data(), std::min<std::uint64_t>(missing, kPiece));
-      if (got == 0) throw too_short(stretch, stretch.bytes - std::min(missing, stretch.bytes));
-      missing -= got;
-    }
+    if (stretch.file.deflated) check_holds<Inflater>(stretch);
+    if (stretch.file.bzip2) check_holds<Bunzipper>(stretch);
   }
 }
 

@@ -9,11 +9,12 @@
 
 namespace isolux {
 
-/// Bytes in a file, from an offset to its end, as they are or deflated (gzip or zlib).
+/// Bytes in a file, from an offset to its end, as they are, deflated (gzip or zlib), or as bzip2.
 struct StoredBytes {
   std::string path;
   std::uint64_t offset = 0;
   bool deflated = false;
+  bool bzip2 = false;
 };
 
 /// Reads up to `count` bytes that stand behind the first `skip` (of the inflated ones, where
