@@ -272,13 +272,11 @@ class WrongInputs(Refusals):
             write_nrrd(self.folder / "flat.nrrd", dims, list(range(count)))
             self.render_refused("flat.nrrd", "--surface", "iso=0.5", status=WORK, about="flat.nrrd")
 
-    def test_more_than_one_value_a_voxel_and_more_than_three_dimensions(self):
+    def test_more_than_one_value_a_voxel(self):
         color = HEADER.replace("dimension: 3\nsizes: 4 4 4",
                                "dimension: 4\nsizes: 3 4 4 4\n"
                                "kinds: RGB-color domain domain domain")
         self.unreadable(self.header(color, bytes(2 * 3 * 64)))
-        series = HEADER.replace("dimension: 3\nsizes: 4 4 4", "dimension: 4\nsizes: 4 4 4 3")
-        self.unreadable(self.header(series, bytes(2 * 3 * 64)))
 
     def test_a_volume_of_one_value_has_no_surface_to_suggest(self):
         write_nrrd(self.folder / "flat.nrrd", (3, 3, 3), [7] * 27)
