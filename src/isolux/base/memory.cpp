@@ -17,14 +17,15 @@ double machine_bytes() {
          static_cast<double>(::sysconf(_SC_PAGESIZE));
 }
 
-double& memory_limit() {
-  static double limit = 0.8 * machine_bytes();
-  return limit;
-}
+std::optional<double> chosen_limit;
+
+double memory_limit() { return chosen_limit.value_or(0.8 * machine_bytes()); }
 
 }  // namespace
 
-void set_memory_limit(double bytes) { memory_limit() = bytes; }
+void set_memory_limit(double bytes) { chosen_limit = bytes; }
+
+bool memory_limit_is_set() { return chosen_limit.has_value(); }
 
 std::optional<double> parse_memory(std::string_view text) {
   double unit = 1;

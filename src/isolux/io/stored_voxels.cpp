@@ -174,6 +174,13 @@ void check_promise(const std::string& name, double promised, double available,
                         " data are there",
                     "is the file complete?");
   }
+  // Scans shrink to a third, label volumes to a hundredth. What unpacks to more than that and is
+  // large is more likely meant to do harm.
+  constexpr double kLarge = 1e9, kUsualRatio = 200;
+  if (promised > kLarge && promised > kUsualRatio * available && !memory_limit_is_set()) {
+    throw WorkError(name, "unpacks to " + bytes_text(promised) + ", over 200 times its size",
+                    "if that is right, allow it by --max-memory");
+  }
   check_memory(promised, name);
 }
 

@@ -37,8 +37,9 @@ VoxelArray voxels_filled(StoredType type, std::size_t count, bool swapped, const
 void swap_bytes(StoredType type, void* stored, std::size_t count);
 
 /// @throws WorkError  where `promised` bytes of voxels cannot come from `available` bytes of a file
-/// in the given encoding ("raw", "gzip", ...), or do not fit this machine's memory. Called before
-/// anything is allocated; `name` is the file.
+/// in the given encoding ("raw", "gzip", ...), unpack to over 1 GB and 200 times their size though
+/// no memory limit was set, or do not fit this machine's memory. Called before anything is
+/// allocated; `name` is the file.
 void check_promise(const std::string& name, double promised, double available,
                    const std::string& encoding);
 

@@ -54,6 +54,8 @@ TEST(StoredVoxels, a_promise_larger_than_the_file_or_the_memory_is_refused) {
   EXPECT_NO_THROW(check_promise("a", 1e5, 100, "gzip"));
   EXPECT_THROW(check_promise("a", 1e6, 100, "gzip"), WorkError);
   EXPECT_THROW(check_promise("a", 1e18, 1e18, "raw"), WorkError);
+  EXPECT_NO_THROW(check_promise("a", 1.1e9, 1e7, "gzip"));
+  EXPECT_THROW(check_promise("a", 1.1e9, 5e6, "gzip"), WorkError);  // 220 : 1
   EXPECT_THROW(check_promise("a", std::nan(""), 1e18, "raw"), WorkError);
 }
 
