@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-ReadResult read(const std::string& name, std::optional<std::string> series = {}) {
+ReadResult read(const std::string& name, const std::optional<std::string>& series = {}) {
   ReadRequest request{.name = name, .grid = {}};
   request.grid.series = series;
   return read_input(request);

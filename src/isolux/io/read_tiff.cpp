@@ -1,6 +1,7 @@
 #include <tiffio.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <memory>
@@ -160,7 +161,7 @@ void keep_one_value(const PageLayout& layout, std::vector<char>& bytes) {
       return static_cast<double>(static_cast<unsigned char>(at[c]));
     };
     const double luma = 0.2126 * channel(0) + 0.7152 * channel(1) + 0.0722 * channel(2);
-    bytes[n] = static_cast<char>(static_cast<unsigned char>(luma + 0.5));
+    bytes[n] = static_cast<char>(static_cast<unsigned char>(std::floor(luma + 0.5)));
   }
   bytes.resize(pixels * width);
 }

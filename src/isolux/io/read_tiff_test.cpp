@@ -31,8 +31,8 @@ void write_page(TIFF* tiff, int width, int height, int first, int samples, bool 
       for (int x = 0; x < width; x += 16) {
         std::vector<T> tile(256);
         for (int n = 0; n < 256; ++n) {
-          tile[static_cast<std::size_t>(n)] =
-              static_cast<T>(first + (y + n / 16) * width + x + n % 16);
+          const int value = first + (y + n / 16) * width + x + n % 16;
+          tile[static_cast<std::size_t>(n)] = static_cast<T>(value);
         }
         TIFFWriteTile(tiff, tile.data(), x, y, 0, 0);
       }
