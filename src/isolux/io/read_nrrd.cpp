@@ -56,7 +56,7 @@ std::uint64_t behind_lines(const std::string& path, std::uint64_t offset, int li
   return static_cast<std::uint64_t>(file.tellg());
 }
 
-// Where the data lie, raw or gzip, in all files one behind the other.
+// Where the data lie, raw, gzip or bzip2, in all files one behind the other.
 std::vector<Stretch> stretches(const std::string& path, const NrrdHeader& header,
                                std::uint64_t bytes) {
   const bool deflated = header.encoding == "gzip" || header.encoding == "gz";

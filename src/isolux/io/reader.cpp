@@ -37,7 +37,6 @@ void replace_spacing(Volume& volume, Vec3 spacing) {
   volume.world_from_index.linear = unit * diagonal(spacing);
 }
 
-// A folder holds one volume as a stack of files.
 std::vector<Format> formats() {
   // DICOM before TIFF: a DICOM file may begin with a TIFF header as well.
   return {nrrd_format(), nifti_format(), metaimage_format(),
@@ -60,12 +59,15 @@ std::optional<ReadResult> read_stack(const ReadRequest& request) {
   for (const fs::directory_entry& entry : fs::directory_iterator(request.name, error)) {
     if (!entry.is_regular_file(error)) continue;
     const std::string path = entry.path().string();
-    if (format_of({tiff_format()}, {path, request.grid})) tiffs.push_back(path);
+    if (tiff_format().recognises({path, request.grid}, first_bytes_of(path))) {
+      tiffs.push_back(path);
+    }
   }
   if (tiffs.empty()) return std::nullopt;
   return read_tiff_folder(request, tiffs);
 }
 
+// A folder holds one volume as a stack of files.
 ReadResult read_folder(const ReadRequest& request) {
   if (auto stack = read_stack(request)) return *stack;
   throw WorkError(request.name, "is a folder without DICOM or TIFF files",
