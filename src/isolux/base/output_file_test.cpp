@@ -7,23 +7,15 @@
 #include <sstream>
 
 #include "isolux/base/error.h"
+#include "temporary_folder.h"
 
 namespace isolux {
 namespace {
 
 namespace fs = std::filesystem;
 
-class OutputFile : public testing::Test {
+class OutputFile : public TemporaryFolder {
  protected:
-  void SetUp() override {
-    folder_ =
-        fs::temp_directory_path() /
-        ("isolux-" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(folder_);
-    fs::create_directory(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string contents(const fs::path& path) const {
     std::ifstream file(path, std::ios::binary);
     std::ostringstream text;
@@ -33,8 +25,6 @@ class OutputFile : public testing::Test {
   std::size_t files_in_folder() const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
   }
-
-  fs::path folder_;
 };
 
 TEST_F(OutputFile, the_new_file_takes_the_place_of_the_old_and_leaves_nothing_beside_it) {

@@ -9,6 +9,7 @@
 #include "isolux/io/data_file.h"
 #include "isolux/io/reader.h"
 #include "shared_data.h"
+#include "temporary_folder.h"
 
 namespace isolux {
 namespace {
@@ -66,17 +67,8 @@ bool has_note(const ReadResult& result, const std::string& part) {
 
 #define EXPECT_SAYS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
 
-class ReadMetaImage : public testing::Test {
+class ReadMetaImage : public TemporaryFolder {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() /
-              ("isolux-metaimage-" +
-               std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(folder_);
-    fs::create_directory(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string write(const std::string& name, const std::string& bytes) const {
     const fs::path path = folder_ / name;
     fs::create_directories(path.parent_path());
@@ -101,8 +93,6 @@ class ReadMetaImage : public testing::Test {
   std::string error_of_header(const std::string& header) const {
     return error_of(write("a.mha", header + numbers<std::uint8_t>(24)));
   }
-
-  fs::path folder_;
 };
 
 TEST_F(ReadMetaImage, every_element_type_is_read_in_both_byte_orders) {

@@ -14,6 +14,7 @@
 #include "isolux/io/reader.h"
 #include "isolux/io/stored_voxels.h"
 #include "shared_data.h"
+#include "temporary_folder.h"
 
 namespace isolux {
 namespace {
@@ -134,17 +135,8 @@ bool has_note(const ReadResult& result, const std::string& part) {
       result.notes, [&](const std::string& note) { return note.find(part) != std::string::npos; });
 }
 
-class ReadNifti : public testing::Test {
+class ReadNifti : public TemporaryFolder {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() /
-              ("isolux-nifti-" +
-               std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(folder_);
-    fs::create_directory(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string write(const std::string& name, const std::string& bytes) const {
     const std::string path = (folder_ / name).string();
     std::ofstream(path, std::ios::binary) << bytes;
@@ -178,8 +170,6 @@ class ReadNifti : public testing::Test {
   std::string error_of_header(const Raw& raw) const {
     return error_of(write_nii(raw, numbers<std::int16_t>(24)));
   }
-
-  fs::path folder_;
 };
 
 void expect_counting(const ReadResult& result) {

@@ -7,6 +7,7 @@
 
 #include "isolux/base/error.h"
 #include "isolux/io/reader.h"
+#include "temporary_folder.h"
 
 namespace isolux {
 namespace {
@@ -49,17 +50,8 @@ void write_page(TIFF* tiff, int width, int height, int first, int samples, bool 
   TIFFWriteDirectory(tiff);
 }
 
-class TiffReader : public testing::Test {
+class TiffReader : public TemporaryFolder {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() /
-              ("isolux-tiff-" +
-               std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(folder_);
-    fs::create_directory(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   // Pages of 20 x 18 whose values go on from page to page.
   template <typename T>
   std::string stack(const std::string& name, int pages, const char* mode = "w", int samples = 1,
@@ -73,8 +65,6 @@ class TiffReader : public testing::Test {
   }
 
   static ReadResult read(const std::string& path) { return read_input({path, {}}); }
-
-  fs::path folder_;
 };
 
 template <typename T>
