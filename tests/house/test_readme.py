@@ -23,7 +23,7 @@ def readme_commands():
 
 def help_commands():
     commands = []
-    for command in ("render", "explain", "info", "bench"):
+    for command in ("render", "explain", "info", "mesh", "bench"):
         text = subprocess.run([ISOLUX, command, "--help"], capture_output=True, text=True).stdout
         commands += re.findall(r"^  (isolux .*)$", text.split("Examples:")[1], re.MULTILINE)
     return commands

@@ -21,6 +21,7 @@ ONLY_IN = {
     r"<png\.h>": {"image/png.cpp"},
     r"<Imf": {"image/exr.cpp"},
     r"<tbb/": {"base/parallel.cpp"},
+    r"<meshoptimizer\.h>": {"mesh/simplify_mesh.cpp"},
     r"<CLI/": {"cli/command.cpp"},
 }
 

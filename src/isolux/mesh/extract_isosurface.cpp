@@ -67,7 +67,7 @@ class Extraction {
       if (j + 1 < view_.dims[1] && k + 1 < view_.dims[2]) write_triangles(j, k);
     });
     mesh_.materials = {{.name = "isosurface", .material = {}, .base_color = nullptr}};
-    mesh_.parts = {{0, total.triangle, 0}};
+    if (total.triangle > 0) mesh_.parts = {{0, total.triangle, 0}};
     return std::move(mesh_);
   }
 

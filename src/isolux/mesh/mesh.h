@@ -8,24 +8,18 @@
 #include <vector>
 
 #include "isolux/base/vec3f.h"
+#include "isolux/image/picture.h"
 #include "isolux/shade/material.h"
 
 namespace isolux {
 
-/// The colour picture of a material: sRGB bytes, three a pixel, row 0 on top.
-struct Texture {
-  int width = 0;
-  int height = 0;
-  std::vector<std::uint8_t> rgb;
-};
-
 struct MeshMaterial {
   std::string name;
   Material material;
-  std::shared_ptr<const Texture> base_color;  ///< multiplies ka and kd; null: none
+  std::shared_ptr<const Picture> base_color;  ///< sRGB; multiplies ka and kd; null: none
 };
 
-/// A range of triangles of one material.
+/// A range of triangles with one material.
 struct MeshPart {
   std::uint32_t first_triangle = 0;
   std::uint32_t triangle_count = 0;
@@ -49,7 +43,7 @@ struct Mesh {
   std::vector<Vec3f> colors;                 ///< linear RGB, one a vertex; or none at all
   std::vector<Triangle> triangles;           ///< places in `positions`
   std::vector<MeshMaterial> materials;
-  std::vector<MeshPart> parts;  ///< all triangles, in order; or none where there are no materials
+  std::vector<MeshPart> parts;  ///< all triangles, in order; none of them empty
 };
 
 /// The three corners of a triangle, in mm.

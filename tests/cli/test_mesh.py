@@ -1,0 +1,82 @@
+"""`isolux mesh`: what it writes, read back from the bytes alone."""
+
+import re
+import struct
+import unittest
+from collections import Counter
+
+from isolux import USAGE, WORK, TestCase
+
+
+def stl_facets(path):
+    """[(normal, corner, corner, corner), ...] of a binary STL, and its header."""
+    data = path.read_bytes()
+    count, = struct.unpack_from("<I", data, 80)
+    assert len(data) == 84 + 50 * count
+    facets = []
+    for n in range(count):
+        f = struct.unpack_from("<12f", data, 84 + 50 * n)
+        facets.append((f[0:3], f[3:6], f[6:9], f[9:12]))
+    return facets, data[:80]
+
+
+class Extraction(TestCase):
+    def test_a_sphere_is_closed_outward_and_round(self):
+        done = self.run_isolux("mesh", "phantom:sphere,size=33", "ball.stl", "--iso", "0.501")
+        self.assertIn("watertight", done.stderr)
+        self.assertNotIn("not watertight", done.stderr)
+        facets, header = stl_facets(self.folder / "ball.stl")
+        self.assertIn(b"SPACE=LPS", header)
+        sides = Counter()
+        for normal, a, b, c in facets:
+            self.assertGreater(sum(n * p for n, p in zip(normal, a)), 0)
+            sides.update([(a, b), (b, c), (c, a)])
+            for corner in (a, b, c):
+                # 1 - r / 32 = 0.501 at r = 15.968 mm; chords of 2 mm cells bulge by up to
+                # 3 * 2^2 / (8 * 16) = 0.09 mm.
+                self.assertAlmostEqual(sum(x * x for x in corner) ** 0.5, 15.968, delta=0.1)
+        # Every side runs once each way.
+        self.assertEqual({n for n in sides.values()}, {1})
+        self.assertTrue(all((b, a) in sides for a, b in sides))
+
+    def test_ras_is_lps_with_x_and_y_negated(self):
+        for space in ("lps", "ras"):
+            self.run_isolux("mesh", "phantom:head,size=24", f"{space}.stl", "--iso", "300",
+                            "--space", space)
+        lps, _ = stl_facets(self.folder / "lps.stl")
+        ras, header = stl_facets(self.folder / "ras.stl")
+        self.assertIn(b"SPACE=RAS", header)
+        self.assertEqual([[(-x, -y, z) for x, y, z in facet] for facet in lps],
+                         [list(facet) for facet in ras])
+
+    def test_the_distance_to_the_exact_surface_is_told(self):
+        done = self.run_isolux("mesh", "phantom:sphere", "ball.ply", "--iso", "0.5")
+        mean, most = map(float, re.search(r"surface: (\S+) mm on average, (\S+) mm at the most",
+                                          done.stderr).groups())
+        # A chord of sqrt(2) mm in a circle of 16 mm leaves it by 2 / (8 * 16) mm.
+        self.assertTrue(0 < mean < most < 2 / (8 * 16))
+
+    def test_decimation_keeps_a_share_and_the_same_bytes_come_from_any_number_of_threads(self):
+        for threads in (1, 3):
+            self.run_isolux("mesh", "phantom:head,size=48", f"{threads}.glb", "--iso", "-300",
+                            "--decimate", "0.2", "--threads", threads)
+        one, three = ((self.folder / f"{n}.glb").read_bytes() for n in (1, 3))
+        self.assertEqual(one, three)
+
+    def test_without_an_iso_value_the_first_suggested_one_is_taken(self):
+        done = self.run_isolux("mesh", "phantom:head,size=32", "head.obj")
+        self.assertIn("iso value 300 (bone)", done.stderr)
+
+    def test_what_cannot_be_done_is_refused(self):
+        sphere = "phantom:sphere,size=9"
+        self.refused("mesh", sphere, "a.stl", "--iso", "9", status=WORK, about="no surface")
+        self.refused("mesh", sphere, "a.vtk", "--iso", "0", status=USAGE, about="format")
+        self.refused("mesh", sphere, status=USAGE, about="one OUT")
+        self.refused("mesh", sphere, "a.glb", "--iso", "0", "--space", "ras", status=USAGE)
+        self.refused("mesh", sphere, "a.stl", "--decimate", "0", status=USAGE)
+        self.refused("mesh", sphere, "no/a.stl", "--iso", "0", status=WORK)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
