@@ -1,5 +1,6 @@
 """`isolux mesh`: what it writes, read back from the bytes alone."""
 
+import json
 import re
 import struct
 import unittest
@@ -76,6 +77,47 @@ class Extraction(TestCase):
         self.refused("mesh", sphere, "a.stl", "--decimate", "0", status=USAGE)
         self.refused("mesh", sphere, "no/a.stl", "--iso", "0", status=WORK)
         self.assertEqual(list(self.folder.iterdir()), [])
+
+
+class Meshes(TestCase):
+    def cube(self, name="cube.obj"):
+        """A cube from 0 to 1, outward, as an OBJ of quads."""
+        corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+        faces = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
+        lines = ["v %d %d %d" % c for c in corners] + ["f %d %d %d %d" % f for f in faces]
+        (self.folder / name).write_text("\n".join(lines) + "\n")
+
+    def test_info_tells_what_a_mesh_is(self):
+        self.cube()
+        told = json.loads(self.run_isolux("info", "cube.obj", "--json").stdout)
+        self.assertEqual((told["kind"], told["vertices"], told["triangles"]), ("mesh", 8, 12))
+        self.assertEqual(told["box"], [[0, 0, 0], [1, 1, 1]])
+        self.assertTrue(told["watertight"])
+        self.assertEqual(told["materials"][0]["kd"], [0.8, 0.8, 0.8])
+        self.assertIn("watertight", self.run_isolux("info", "cube.obj").stdout)
+
+    def test_a_mesh_is_converted(self):
+        self.cube()
+        done = self.run_isolux("mesh", "cube.obj", "cube.stl", "--space", "ras")
+        self.assertIn("watertight", done.stderr)
+        self.run_isolux("mesh", "cube.stl", "back.glb")
+        told = json.loads(self.run_isolux("info", "back.glb", "--json").stdout)
+        self.assertEqual((told["triangles"], told["watertight"]), (12, True))
+        # Out to RAS, back by its tag, and through glTF's metres.
+        self.assert_near(told["box"][0] + told["box"][1], [0, 0, 0, 1, 1, 1])
+
+    def test_commands_for_volumes_refuse_a_mesh(self):
+        self.cube()
+        self.refused("convert", "cube.obj", "a.nrrd", status=USAGE, about="is a mesh")
+        self.refused("mesh", "cube.obj", "a.stl", "--iso", "1", status=USAGE, about="already")
+        self.refused("info", "cube.obj", "--spacing", "1:1:1", status=USAGE, about="no input")
+
+    def test_damaged_meshes_are_refused(self):
+        for name, data in (("a.ply", b"ply\n"), ("b.stl", b"solid x\nendsolid x\n"),
+                           ("c.glb", b"glTF" + 20 * b"\xff"), ("d.obj", b"v 0 0 0\nf 1 2 9\n"),
+                           ("e.gltf", b"{")):
+            (self.folder / name).write_bytes(data)
+            self.refused("info", name, status=WORK, about=name)
 
 
 if __name__ == "__main__":

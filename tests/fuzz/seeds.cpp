@@ -12,7 +12,9 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "isolux/io/write_mesh.h"
 #include "isolux/io/write_volume.h"
+#include "isolux/mesh/extract_isosurface.h"
 #include "isolux/volume/phantom.h"
 #include "isolux/volume/regrid.h"
 
@@ -42,6 +44,20 @@ std::string bytes_of_file(const std::string& ending, const Write& write) {
 std::string written(const Volume& volume, const std::string& ending) {
   return bytes_of_file(ending, [&](const std::string& path) { write_volume(path, volume); });
 }
+
+std::string written(const Mesh& mesh, const std::string& ending) {
+  return bytes_of_file(ending,
+                       [&](const std::string& path) { write_mesh(path, mesh, MeshSpace::kLps); });
+}
+
+const std::string kStlText =
+    "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+    "endfacet\nendsolid a\n";
+const std::string kPlyText =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+    "property float z\nproperty uchar red\nelement face 1\n"
+    "property list uchar int vertex_indices\nend_header\n0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0 9\n"
+    "4 0 1 2 3\n";
 
 std::string little_endian(std::uint64_t value, int bytes) {
   std::string text;
@@ -152,6 +168,16 @@ std::vector<std::string> seeds_of(const std::string& format) {
   if (format == "tiff") return {tiff("wl", false), tiff("wb", true), tiff("w8", false)};
   if (format == "inv3") return {inv3()};
   if (format == "dicom") return {dicom("1"), dicom("0.5")};
+  if (format == "stl" || format == "ply" || format == "obj" || format == "glb") {
+    Mesh mesh = extract_isosurface(sphere_phantom(5), 0.4);
+    const std::string plain = written(mesh, "." + format);
+    mesh.colors.assign(mesh.positions.size(), {1, 0.5f, 0});
+    mesh.texture_points.resize(mesh.positions.size());
+    std::vector<std::string> seeds{plain, written(mesh, "." + format)};
+    if (format == "stl") seeds.push_back(kStlText);
+    if (format == "ply") seeds.push_back(kPlyText);
+    return seeds;
+  }
   if (format == "scene") {
     return {R"({"isolux_scene": 1, "input": ["phantom:head"], "size": [64, 48],)"
             R"( "surface": [{"iso": 300, "ka": [0.1, 0.2, 0.3], "shininess": 10}],)"

@@ -1,6 +1,6 @@
 // One fuzz target for each reader: ISOLUX_FUZZ_FORMAT, given by CMake, says which. Whatever the
-// bytes, reading them ends in a volume or in an isolux::Error; a crash, a hang, a leak of another
-// exception or more memory than the limit is a finding.
+// bytes, reading them ends in a volume, a mesh or in an isolux::Error; a crash, a hang, a leak of
+// another exception or more memory than the limit is a finding.
 
 #include <unistd.h>
 
@@ -47,12 +47,25 @@ class InputFolder {
   std::filesystem::path folder_;
 };
 
-void read_volume(const std::string& bytes) {
+// Whatever a mesh file says, what comes out of it can be drawn.
+bool is_sound(const Mesh& mesh) {
+  for (const Mesh::Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t vertex : triangle) {
+      if (vertex >= mesh.positions.size()) return false;
+      if (!is_finite(as_double(mesh.positions[vertex]))) return false;
+    }
+  }
+  const auto fits = [&](const auto& v) { return v.empty() || v.size() == mesh.positions.size(); };
+  return !mesh.triangles.empty() && fits(mesh.normals) && fits(mesh.colors) &&
+         fits(mesh.texture_points);
+}
+
+void read_file(const std::string& bytes) {
   static const InputFolder folder;
   const std::string path = folder.file();
   std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
   const ReadResult result = read_input({path, {}});
-  if (voxel_count(*result.volume) == 0) std::abort();
+  if (result.volume ? voxel_count(*result.volume) == 0 : !is_sound(*result.mesh)) std::abort();
 }
 
 }  // namespace
@@ -64,7 +77,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   try {
     isolux::fuzz::kFormat == "scene" ? isolux::fuzz::read_scene(bytes)
-                                     : isolux::fuzz::read_volume(bytes);
+                                     : isolux::fuzz::read_file(bytes);
   } catch (const isolux::Error&) {
   }
   return 0;

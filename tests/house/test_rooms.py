@@ -18,6 +18,8 @@ ONLY_IN = {
                                    "io/stored_bytes.cpp"},
     r"<pugixml\.hpp>": {"io/read_inv3.cpp"},
     r"<openssl/": {"io/checksum.cpp"},
+    r"<assimp/": {"io/mesh_import.cpp"},
+    r"<jpeglib\.h>": {"image/jpeg.cpp"},
     r"<png\.h>": {"image/png.cpp"},
     r"<Imf": {"image/exr.cpp"},
     r"<tbb/": {"base/parallel.cpp"},

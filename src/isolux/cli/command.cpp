@@ -122,7 +122,7 @@ std::vector<Command> make_commands() {
        run_convert},
       {"mesh",
        "INPUT OUT.{stl,ply,obj,glb}",
-       "write an isosurface as triangles",
+       "write an isosurface as triangles, or a mesh in another format",
        {{.name = "iso",
          .type = kNumber,
          .sentence = "the iso value; without it, the first of those that `isolux info` suggests"},

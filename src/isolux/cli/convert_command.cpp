@@ -67,6 +67,7 @@ int run_convert(const Command& command, const Arguments& arguments) {
   of_input.inputs.pop_back();
   const SceneDescription description = describe(document_from(of_input), "convert");
   const ReadResult input = read_inputs(description, progress_bar(arguments)).front();
+  require_volume(input);
   tell_notes(input);
   std::optional<Volume> changed;
   if (arguments.has("crop")) {

@@ -8,6 +8,7 @@
 #include "isolux/base/number_text.h"
 #include "isolux/cli/command.h"
 #include "isolux/cli/loaded_scene.h"
+#include "isolux/cli/mesh_info.h"
 #include "isolux/cli/terminal.h"
 #include "isolux/volume/brick_grid.h"
 #include "isolux/volume/statistics.h"
@@ -122,6 +123,10 @@ int run_info(const Command&, const Arguments& arguments) {
   }
   const SceneDescription description = describe(document_from(arguments), "info");
   const ReadResult input = read_inputs(description, progress_bar(arguments)).front();
+  if (input.mesh) {
+    print_mesh_info(input, arguments.has("json"));
+    return 0;
+  }
   const ValueStatistics values = value_statistics(*input.volume);
   const std::vector<SuggestedIso> suggested = suggest_iso(*input.volume, values);
   if (arguments.has("json")) {

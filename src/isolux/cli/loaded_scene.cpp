@@ -77,6 +77,7 @@ LoadedScene load_scene(const json& document, const std::string& what,
   if (!paths.empty()) at_paths.inputs = paths;
   loaded.inputs = read_inputs(at_paths, listener);
   for (std::size_t n = 0; n < loaded.inputs.size(); ++n) {
+    require_volume(loaded.inputs[n]);
     tell_notes(loaded.inputs[n]);
     if (paths.empty()) description.inputs[n] = loaded.inputs[n].name;
   }

@@ -11,6 +11,7 @@
 #include "isolux/mesh/extract_isosurface.h"
 #include "isolux/mesh/mesh_topology.h"
 #include "isolux/mesh/simplify_mesh.h"
+#include "isolux/mesh/weld.h"
 #include "isolux/scene/option_value.h"
 #include "isolux/volume/statistics.h"
 
@@ -47,28 +48,30 @@ std::string counted(std::size_t count, const std::string& what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
-void tell_topology(const Mesh& mesh, const Volume& volume) {
-  const MeshTopology topology = topology_of(mesh);
-  std::cerr << "  " << counted(topology.triangles, "triangle") << ", " << topology.vertices
-            << " vertices"
-            << ", ";
-  if (topology.is_watertight()) {
-    std::cerr << "watertight\n";
-    return;
-  }
-  std::cerr << "not watertight: ";
+void tell_topology(const Mesh& mesh, const MeshTopology& topology) {
+  std::cerr << "  " << counted(topology.triangles, "triangle") << ", " << mesh.positions.size()
+            << " vertices, " << (topology.is_watertight() ? "watertight" : "not watertight")
+            << "\n";
   if (topology.border_edges > 0) {
-    const bool has_gaps = value_statistics(volume).not_finite > 0;
-    std::cerr << "it ends at " << counted(topology.border_edges, "edge")
-              << " where the volume's border" << (has_gaps ? ", or a voxel that is no number," : "")
-              << " cuts it\n";
-  } else {
-    std::cerr << counted(topology.crowded_edges + topology.inconsistent_edges, "edge")
-              << " do not join two triangles\n";
+    std::cerr << "  it ends at " << counted(topology.border_edges, "edge") << "\n";
+  }
+  if (topology.crowded_edges > 0) {
+    std::cerr << "  more than two triangles share " << counted(topology.crowded_edges, "edge")
+              << "\n";
+  }
+  if (topology.inconsistent_edges > 0) {
+    std::cerr << "  the triangles at " << counted(topology.inconsistent_edges, "edge")
+              << " face to different sides\n";
   }
 }
 
-void tell_distance(const Mesh& mesh, const ReadResult& input, double iso) {
+// What an extracted mesh is to the exact surface.
+void tell_extraction(const Mesh& mesh, const ReadResult& input, double iso) {
+  if (topology_of(mesh).border_edges > 0) {
+    const bool has_gaps = value_statistics(*input.volume).not_finite > 0;
+    std::cerr << "  the volume's border" << (has_gaps ? ", or voxels that are no number," : "")
+              << " cut it\n";
+  }
   const IsoSurface surface(input.volume, std::make_shared<const BrickGrid>(*input.volume), iso);
   const MeshDistance distance = distance_between(mesh, surface);
   std::cerr << "  from triangle centres to the exact isosurface: " << to_text9(distance.mean_mm)
@@ -95,14 +98,18 @@ int run_mesh(const Command& command, const Arguments& arguments) {
   const SceneDescription description = describe(document_from(of_input), "mesh");
   const ReadResult input = read_inputs(description, progress_bar(arguments)).front();
   tell_notes(input);
-  const double iso = given_iso ? *given_iso : first_suggested_iso(input);
-  Mesh mesh = mesh_of(input, iso);
+  if (input.mesh && given_iso) {
+    throw UsageError("--iso", input.name + " is a mesh already", "leave it out");
+  }
+  double iso = 0;
+  if (!input.mesh) iso = given_iso ? *given_iso : first_suggested_iso(input);
+  Mesh mesh = input.mesh ? *input.mesh : mesh_of(input, iso);
   if (share) mesh = simplified(mesh, *share);
   write_mesh(output, mesh, space);
   std::cerr << "isolux: " << output << "\n";
   for (const std::string& loss : mesh_losses(output, mesh)) std::cerr << "  " << loss << "\n";
-  tell_topology(mesh, *input.volume);
-  tell_distance(mesh, input, iso);
+  tell_topology(mesh, topology_of(input.mesh ? welded_by_position(mesh) : mesh));
+  if (!input.mesh) tell_extraction(mesh, input, iso);
   return 0;
 }
 

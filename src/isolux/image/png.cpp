@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "isolux/base/error.h"
+#include "isolux/base/memory.h"
 
 namespace isolux {
 namespace {
@@ -93,15 +94,22 @@ DecodedPng decode_png(std::string_view bytes, const std::string& name) {
   png_set_strip_16(reading.png);
   png_set_strip_alpha(reading.png);
   png_set_gray_to_rgb(reading.png);
-  png_set_interlace_handling(reading.png);
+  const int passes = png_set_interlace_handling(reading.png);
   png_read_update_info(reading.png, reading.info);
   decoded.picture.width = static_cast<int>(png_get_image_width(reading.png, reading.info));
   decoded.picture.height = static_cast<int>(png_get_image_height(reading.png, reading.info));
   const std::size_t stride = png_get_rowbytes(reading.png, reading.info);
+  const double pixels = static_cast<double>(stride) * decoded.picture.height;
+  constexpr double kMostDeflated = 1033;  // no more bytes than that come from one
+  if (pixels > kMostDeflated * (1000 + static_cast<double>(bytes.size()))) {
+    throw WorkError(name, "damaged PNG: it promises more pixels than its bytes can hold",
+                    "is the file complete?");
+  }
+  check_memory(pixels, name);
   decoded.picture.rgb.resize(stride * static_cast<std::size_t>(decoded.picture.height));
-  for (int y = 0; y < decoded.picture.height; ++y) {
-    png_read_row(reading.png, decoded.picture.rgb.data() + static_cast<std::size_t>(y) * stride,
-                 nullptr);
+  for (int row = 0; row < passes * decoded.picture.height; ++row) {
+    const auto y = static_cast<std::size_t>(row % decoded.picture.height);
+    png_read_row(reading.png, decoded.picture.rgb.data() + y * stride, nullptr);
   }
   png_read_end(reading.png, reading.info);
   png_textp texts = nullptr;

@@ -23,6 +23,7 @@ Format metaimage_format();
 Format inv3_format();
 Format tiff_format();
 Format dicom_format();
+Format mesh_format();
 
 /// A stack of TIFF files, in natural order of their names.
 ReadResult read_tiff_folder(const ReadRequest& request, std::vector<std::string> files);

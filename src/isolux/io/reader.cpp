@@ -39,8 +39,8 @@ void replace_spacing(Volume& volume, Vec3 spacing) {
 
 std::vector<Format> formats() {
   // DICOM before TIFF: a DICOM file may begin with a TIFF header as well.
-  return {nrrd_format(), nifti_format(), metaimage_format(),
-          inv3_format(), dicom_format(), tiff_format()};
+  return {nrrd_format(),  nifti_format(), metaimage_format(), inv3_format(),
+          dicom_format(), tiff_format(),  mesh_format()};
 }
 
 const Format* format_of(const std::vector<Format>& among, const ReadRequest& request) {
@@ -130,7 +130,7 @@ ReadResult read_known_format(const ReadRequest& request) {
 
 ReadResult read_file(const ReadRequest& request) {
   ReadResult result = read_known_format(request);
-  if (!request.grid.spacing_mm || result.format == "raw") return result;
+  if (!request.grid.spacing_mm || result.format == "raw" || result.mesh) return result;
   // Nobody else has the volume yet, so it can be placed anew where it is.
   replace_spacing(*std::const_pointer_cast<Volume>(result.volume), *request.grid.spacing_mm);
   if (const std::string fault = placement_fault(result.volume->world_from_index); !fault.empty()) {
@@ -181,11 +181,19 @@ std::vector<ReadResult> read_inputs(const SceneDescription& description,
   const auto is_raw = [](const ReadResult& r) { return r.format == "raw"; };
   refuse_unless(grid.dims.has_value(), "--dims", "every input has its own header", is_raw);
   refuse_unless(grid.type.has_value(), "--type", "every input has its own header", is_raw);
+  refuse_unless(grid.spacing_mm.has_value(), "--spacing", "no input is a volume",
+                [](const ReadResult& r) { return r.volume != nullptr; });
   refuse_unless(grid.volume.has_value(), "--volume", "no input has several volumes",
                 [](const ReadResult& r) { return r.volume_count > 1; });
   refuse_unless(grid.series.has_value(), "--series", "no input is a DICOM series",
                 [](const ReadResult& r) { return r.format == "DICOM"; });
   return results;
+}
+
+void require_volume(const ReadResult& input) {
+  if (input.volume) return;
+  throw UsageError(input.name, "is a mesh, where a volume is wanted",
+                   "`isolux info` and `isolux mesh` take meshes");
 }
 
 }  // namespace isolux

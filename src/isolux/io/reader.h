@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "isolux/base/progress.h"
+#include "isolux/mesh/mesh.h"
 #include "isolux/scene/description.h"
 #include "isolux/volume/volume.h"
 
@@ -21,15 +22,16 @@ struct ReadRequest {
   ProgressListener listener = {};
 };
 
-/// A volume, and what reading it found and decided.
+/// A volume or a mesh, and what reading it found and decided.
 struct ReadResult {
-  std::shared_ptr<const Volume> volume;
+  std::shared_ptr<const Volume> volume;  ///< null where it is a mesh
   std::string name;                ///< as it is to be named again; differs for a missing example
   std::string format;              ///< "NRRD", "NIfTI-1", "MetaImage", "raw", "built-in", ...
   std::vector<std::string> files;  ///< every file that was read; empty for built-in volumes
   std::vector<std::string> notes;  ///< decisions, a sentence each
   int volume_count = 1;            ///< how many --volume could choose from
   int series_count = 1;            ///< how many --series could choose from
+  std::shared_ptr<const Mesh> mesh = nullptr;  ///< null where it is a volume
 };
 
 /// Reads an input; the format is found by content.
@@ -42,5 +44,8 @@ ReadResult read_input(const ReadRequest& request);
 /// has use for them.
 std::vector<ReadResult> read_inputs(const SceneDescription& description,
                                     const ProgressListener& listener);
+
+/// @throws UsageError  where an input is a mesh.
+void require_volume(const ReadResult& input);
 
 }  // namespace isolux

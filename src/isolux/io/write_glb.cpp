@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -6,6 +5,7 @@
 #include "isolux/base/error.h"
 #include "isolux/image/png.h"
 #include "isolux/io/mesh_encoders.h"
+#include "isolux/mesh/mesh_box.h"
 
 // glTF 2.0 in its binary form: a JSON document that names stretches of one buffer, then the buffer.
 
@@ -71,15 +71,11 @@ int add_vertices(Glb& glb, const std::vector<T>& values, const char* type) {
       {{"bufferView", view}, {"componentType", kFloat}, {"count", values.size()}, {"type", type}});
 }
 
-int add_positions(Glb& glb, const std::vector<Vec3f>& positions) {
-  const int accessor = add_vertices(glb, positions, "VEC3");
-  Vec3f low = positions[0], high = positions[0];
-  for (const Vec3f& p : positions) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
+int add_positions(Glb& glb, const Mesh& mesh) {
+  const int accessor = add_vertices(glb, mesh.positions, "VEC3");
+  const MeshBox box = box_of(mesh);
   glb.document["accessors"][static_cast<std::size_t>(accessor)].update(
-      {{"min", {low.x, low.y, low.z}}, {"max", {high.x, high.y, high.z}}});
+      {{"min", {box.low.x, box.low.y, box.low.z}}, {"max", {box.high.x, box.high.y, box.high.z}}});
   return accessor;
 }
 
@@ -123,7 +119,7 @@ json material_of(Glb& glb, const MeshMaterial& from) {
 
 std::string as_glb(const Mesh& mesh, MeshSpace) {
   Glb glb;
-  json attributes = {{"POSITION", add_positions(glb, mesh.positions)}};
+  json attributes = {{"POSITION", add_positions(glb, mesh)}};
   if (!mesh.normals.empty()) attributes["NORMAL"] = add_vertices(glb, mesh.normals, "VEC3");
   if (!mesh.colors.empty()) attributes["COLOR_0"] = add_vertices(glb, mesh.colors, "VEC3");
   if (!mesh.texture_points.empty()) {

@@ -106,7 +106,9 @@ std::string as_obj(const Mesh& mesh, MeshSpace space) {
     const Vec3f p = carried(mesh.positions[v], space);
     append_line(text, "v", {p.x, p.y, p.z});
     if (!mesh.colors.empty()) {
-      append_line(text, "", {mesh.colors[v].x, mesh.colors[v].y, mesh.colors[v].z});
+      const auto srgb = [](float c) { return static_cast<float>(transfer({}, c)); };
+      const Vec3f color = mesh.colors[v];
+      append_line(text, "", {srgb(color.x), srgb(color.y), srgb(color.z)});
     }
     text += '\n';
   }

@@ -37,8 +37,9 @@ struct TexturePoint {
 struct Mesh {
   using Triangle = std::array<std::uint32_t, 3>;
 
-  std::vector<Vec3f> positions;              ///< mm, finite
-  std::vector<Vec3f> normals;                ///< unit, one a vertex; or none at all
+  std::vector<Vec3f> positions;  ///< mm, finite
+  std::vector<Vec3f>
+      normals;  ///< unit, or 0 for "the triangle's own"; one a vertex; or none at all
   std::vector<TexturePoint> texture_points;  ///< one a vertex; or none at all
   std::vector<Vec3f> colors;                 ///< linear RGB, one a vertex; or none at all
   std::vector<Triangle> triangles;           ///< places in `positions`

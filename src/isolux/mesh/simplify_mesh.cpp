@@ -4,19 +4,10 @@
 
 #include <limits>
 
+#include "isolux/mesh/weld.h"
+
 namespace isolux {
 namespace {
-
-constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
-
-template <typename T>
-std::vector<T> picked(const std::vector<T>& all, const std::vector<std::uint32_t>& places) {
-  std::vector<T> some;
-  if (all.empty()) return some;
-  some.reserve(places.size());
-  for (const std::uint32_t place : places) some.push_back(all[place]);
-  return some;
-}
 
 // Appends a part's simplified triangles, with the vertex numbers of `mesh`.
 void simplify_part(const Mesh& mesh, const MeshPart& part, double share, Mesh& result) {
@@ -39,23 +30,11 @@ void simplify_part(const Mesh& mesh, const MeshPart& part, double share, Mesh& r
 }  // namespace
 
 Mesh simplified(const Mesh& mesh, double share) {
-  Mesh result;
-  result.materials = mesh.materials;
+  Mesh result = mesh;
+  result.triangles.clear();
+  result.parts.clear();
   for (const MeshPart& part : mesh.parts) simplify_part(mesh, part, share, result);
-  std::vector<std::uint32_t> new_place(mesh.positions.size(), kUnused), kept;
-  for (Mesh::Triangle& triangle : result.triangles) {
-    for (std::uint32_t& vertex : triangle) {
-      if (new_place[vertex] == kUnused) {
-        new_place[vertex] = static_cast<std::uint32_t>(kept.size());
-        kept.push_back(vertex);
-      }
-      vertex = new_place[vertex];
-    }
-  }
-  result.positions = picked(mesh.positions, kept);
-  result.normals = picked(mesh.normals, kept);
-  result.texture_points = picked(mesh.texture_points, kept);
-  result.colors = picked(mesh.colors, kept);
+  drop_unused_vertices(result);
   return result;
 }
 

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "isolux/image/picture.h"
+
+namespace isolux {
+
+/// Reads a JPEG file's bytes as 8-bit RGB. `name` is for errors.
+/// @throws WorkError  where they are damaged, are no JPEG, or are too many for memory.
+Picture decode_jpeg(std::string_view bytes, const std::string& name);
+
+}  // namespace isolux
