@@ -1,7 +1,5 @@
 #include "isolux/render/ray_caster.h"
 
-#include <map>
-
 #include "isolux/base/parallel.h"
 
 namespace isolux {
@@ -11,10 +9,12 @@ SurfaceSample RayHit::sample() const {
           static_cast<float>(normal.z), static_cast<std::int32_t>(surface)};
 }
 
-RayCaster::RayCaster(const Scene& scene) {
-  std::map<const Volume*, std::shared_ptr<const BrickGrid>> bricks;
+RayCaster::RayCaster(const Scene& scene, const RayCaster* previous) {
   for (const IsoSurfaceItem& item : scene.surfaces) {
-    auto& of_volume = bricks[item.volume.get()];
+    auto& of_volume = bricks_[item.volume];
+    if (!of_volume && previous && previous->bricks_.contains(item.volume)) {
+      of_volume = previous->bricks_.at(item.volume);
+    }
     if (!of_volume) of_volume = std::make_shared<const BrickGrid>(*item.volume);
     surfaces_.emplace_back(item.volume, of_volume, item.iso);
   }

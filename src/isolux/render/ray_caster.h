@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -23,8 +25,8 @@ struct RayHit {
 /// Visibility by ray casting. Holds what rays need (min-max bricks, one set for each volume).
 class RayCaster {
  public:
-  /// Builds the bricks; `scene` is not kept.
-  explicit RayCaster(const Scene& scene);
+  /// Builds the bricks, but for volumes that `previous` has; neither argument is kept.
+  explicit RayCaster(const Scene& scene, const RayCaster* previous = nullptr);
 
   /// The nearest surface along a unit ray, t > 0; of two at the same t, the one named first.
   std::optional<RayHit> first_hit(const Ray& ray) const;
@@ -33,6 +35,7 @@ class RayCaster {
   SurfaceBuffer cast(const Camera& camera, const ProgressListener& listener = {}) const;
 
  private:
+  std::map<std::shared_ptr<const Volume>, std::shared_ptr<const BrickGrid>> bricks_;
   std::vector<IsoSurface> surfaces_;
 };
 

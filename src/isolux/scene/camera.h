@@ -29,6 +29,8 @@ class Camera {
   /// Camera space (x right, y up, z towards the viewer, origin at the eye) into world space.
   Affine world_from_camera() const { return {{{right_, up_, back_}}, eye_}; }
 
+  bool operator==(const Camera&) const = default;
+
  private:
   int width_;
   int height_;
