@@ -22,7 +22,8 @@ struct RayLanes {
 
 /// Where rays meet an isosurface first.
 struct HitLanes {
-  std::uint32_t hit = 0;  ///< bit n: lane n; the rest of a lane that has no hit is not defined
+  std::uint32_t hit = 0;   ///< bit n: lane n; the rest of a lane that has no hit is not defined
+  std::uint32_t away = 0;  ///< lanes whose normal points along the ray, away from its origin
   alignas(64) double t[RayLanes::kCount];
   /// The contract's normal, unit, world space, towards lower values; zero where it vanishes.
   alignas(64) float normal[3][RayLanes::kCount];
@@ -45,17 +46,16 @@ class IsoLanes {
  public:
   static constexpr double kDoubt = 2e-6;
 
-  /// @param surface  must outlive this.
-  IsoLanes(const IsoSurface& surface, const BrickGrid& bricks);
+  IsoLanes(IsoSurface surface, const BrickGrid& bricks);
 
   /// The first root of each lane whose bit is in `lanes`.
   void first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& hits) const;
 
-  const IsoSurface& surface() const { return *surface_; }
+  const IsoSurface& surface() const { return surface_; }
   const SkipGrid& skip() const { return skip_; }
 
  private:
-  const IsoSurface* surface_;
+  IsoSurface surface_;
   SkipGrid skip_;
   double greatest_ = 0;  ///< the greatest |voxel - iso| of finite voxels
 };

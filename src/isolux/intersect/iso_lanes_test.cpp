@@ -27,7 +27,7 @@ Disagreements compare(const Volume& volume, double iso, int packets, NextRay nex
   const auto shared = std::make_shared<const Volume>(volume);
   const auto bricks = std::make_shared<const BrickGrid>(*shared);
   const IsoSurface oracle(shared, bricks, iso);
-  const IsoLanes lanes(oracle, *bricks);
+  const IsoLanes lanes(IsoSurface(shared, bricks, iso), *bricks);
   double greatest = 0;
   for (const BrickRange& range : bricks->ranges()) {
     greatest = std::max({greatest, std::fabs(range.low - iso), std::fabs(range.high - iso)});
@@ -71,6 +71,8 @@ Disagreements compare(const Volume& volume, double iso, int packets, NextRay nex
       // Two roots of one surface lie further apart than this, or the field between them is flat.
       if (along > 1e-2) ++result.other;
       const Vec3 normal{hits.normal[0][n], hits.normal[1][n], hits.normal[2][n]};
+      const double towards = dot(normal, ray[n].direction) / length(ray[n].direction);
+      if (std::fabs(towards) > 1e-5 && (hits.away >> n & 1) != (towards > 0)) ++result.other;
       if (along < 1e-5) {
         result.normal =
             std::max(result.normal, length(normal - oracle.normal(*expected).value_or(Vec3{})));

@@ -144,8 +144,7 @@ HWY_INLINE Roots first_zero(const Cubic& p, VF doubt) {
     s = hn::IfThenElse(guarded, next, hn::Mul(half, hn::Add(low, high)));
     value = p.at(s);
   }
-  const MF rough =
-      hn::Not(hn::Le(hn::Abs(value), hn::Mul(hn::Set(kF, 0.5f), doubt)));
+  const MF rough = hn::Not(hn::Le(hn::Abs(value), hn::Mul(hn::Set(kF, 0.5f), doubt)));
   roots.undecided = hn::Or(roots.undecided, hn::And(roots.hit, rough));
   roots.hit = hn::AndNot(roots.undecided, roots.hit);
   roots.s = s;
@@ -365,8 +364,8 @@ class Walk {
     // Where the walk begins it may still be outside the volume, by a rounding.
     const MF at_border =
         hn::Le(hn::MulAdd(roots.s, span, t_), hn::Mul(hn::Set(kF, 4 * kRounding), from_));
-    undecided = hn::Or(undecided, hn::And(open, hn::Or(roots.undecided,
-                                                       hn::And(roots.hit, at_border))));
+    undecided =
+        hn::Or(undecided, hn::And(open, hn::Or(roots.undecided, hn::And(roots.hit, at_border))));
     // Between two cells the walk's floats may keep to the wrong one for a hair's breadth.
     VF local[3];
     for (int a = 0; a < 3; ++a) {
@@ -394,7 +393,9 @@ class Walk {
       hn::Store(hit_local_[a], kF, found.local[a] + first_);
     }
     MF without = hn::FirstN(kF, 0);
-    if (!hn::AllFalse(kF, hit)) without = normals(hit, hits);
+    MF away = hn::FirstN(kF, 0);
+    if (!hn::AllFalse(kF, hit)) without = normals(hit, away, hits);
+    found.away |= bits_of(away) << first_;
     found.hit |= bits_of(hit) << first_;
     found.undecided |= bits_of(undecided) << first_;
     found.without_normal |= bits_of(without) << first_;
@@ -402,7 +403,7 @@ class Walk {
 
   // The trilinear blend of central differences, carried into world space. Returns the lanes where
   // it must be looked at more closely: at the volume's border, or where it all but vanishes.
-  HWY_INLINE MF normals(MF hit, HitLanes& hits) {
+  HWY_INLINE MF normals(MF hit, MF& away, HitLanes& hits) {
     MI inner = hn::RebindMask(kI, hit);
     for (int a = 0; a < 3; ++a) {
       inner = hn::And(inner, hn::And(hn::Gt(hit_cell_[a], hn::Zero(kI)),
@@ -426,6 +427,10 @@ class Walk {
     for (int row = 0; row < 3; ++row) {
       hn::Store(hn::Div(n[row], length), kF, hits.normal[row] + first_);
     }
+    // The normal is -M^-T g, so its product with the world direction M d is -g . d.
+    VF product = hn::Mul(gradient[0], axis_[0].direction);
+    for (int a = 1; a < 3; ++a) product = hn::MulAdd(gradient[a], axis_[a].direction, product);
+    away = hn::And(whole, hn::Lt(product, hn::Zero(kF)));
     VF longest = hn::Abs(gradient[0]);
     for (int a = 1; a < 3; ++a) longest = hn::Max(longest, hn::Abs(gradient[a]));
     const MF sound =

@@ -29,7 +29,11 @@ void Session::trace(const Scene& scene, const ProgressListener& listener) {
     ++counters_.skip_structure;
   }
   if (traced_ && traced_->camera == scene.camera) return;
-  buffer_ = caster_->cast(*scene.camera, listener);
+  const auto [width, height] = std::pair{scene.camera->width(), scene.camera->height()};
+  if (!buffer_ || buffer_->width() != width || buffer_->height() != height) {
+    buffer_.emplace(width, height);
+  }
+  caster_->cast(*scene.camera, *buffer_, listener);
   traced_ = scene;
   lit_.reset();
   ++counters_.visibility;
@@ -57,7 +61,7 @@ const Radiance& Session::radiance(const Scene& scene) {
 const Picture& Session::picture(const Scene& scene) {
   relight(scene);
   if (displayed_ && displayed_->display == scene.display) return picture_;
-  picture_ = displayed_picture(scene, *radiance_);
+  picture_ = displayed_picture(scene, *buffer_, *radiance_);
   displayed_ = scene;
   ++counters_.display;
   return picture_;
