@@ -53,7 +53,7 @@ int run_bench(const Command& command, const Arguments& arguments) {
     bricks.ms.push_back(milliseconds([&] { caster.emplace(scene); }));
     tracing.ms.push_back(milliseconds([&] { buffer = caster->cast(*scene.camera); }));
     lighting.ms.push_back(milliseconds([&] { radiance = light(scene, *buffer); }));
-    display.ms.push_back(milliseconds([&] { displayed_picture(scene, *radiance); }));
+    display.ms.push_back(milliseconds([&] { displayed_picture(scene, *buffer, *radiance); }));
   }
   nlohmann::json rows = nlohmann::json::array();
   if (!arguments.has("json")) std::printf("%-16s %12s %12s\n", "work", "median ms", "least ms");

@@ -126,7 +126,8 @@ std::string gltf(const std::string& nodes) {
     "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
                    "min": [0, 0, 0], "max": [1, 1, 1]},
                   {"bufferView": 1, "componentType": 5125, "count": 12, "type": "SCALAR"}],
-    "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 48}],
+    "bufferViews": [{"buffer": 0, "byteLength": 48},
+                    {"buffer": 0, "byteOffset": 48, "byteLength": 48}],
     "buffers": [{"byteLength": 96, "uri": "t.bin"}]})";
 }
 

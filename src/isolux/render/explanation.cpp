@@ -10,9 +10,10 @@ Explanation explain(const Scene& scene, int x, int y) {
   e.y = y;
   e.eye_ray = scene.camera->ray(x, y);
   e.radiance = scene.background;
-  if (const auto hit = RayCaster(scene).first_hit(e.eye_ray)) {
-    e.sample = hit->sample();
-    e.turned = hit->turned;
+  const PixelHit hit = RayCaster(scene).cast_pixel(*scene.camera, x, y);
+  e.sample = hit.sample;
+  e.turned = hit.turned;
+  if (hit.sample.is_hit()) {
     light_sample(scene, e.eye_ray, e.sample, e.terms);
     e.radiance = e.terms.total;
   }

@@ -26,12 +26,12 @@ void light_sample(const Scene& scene, const Ray& eye_ray, const SurfaceSample& s
 }
 
 Radiance light(const Scene& scene, const SurfaceBuffer& buffer) {
-  Radiance radiance(buffer.surface.size());
-  parallel_for(static_cast<std::size_t>(buffer.height), 16,
+  Radiance radiance(buffer.pixels());
+  parallel_for(static_cast<std::size_t>(buffer.height()), 16,
                [&](std::size_t begin, std::size_t end) {
                  PixelTerms terms;
                  for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-                   for (int x = 0; x < buffer.width; ++x) {
+                   for (int x = 0; x < buffer.width(); ++x) {
                      const std::size_t pixel = buffer.at(x, y);
                      const SurfaceSample sample = buffer.sample(pixel);
                      if (!sample.is_hit()) {

@@ -9,7 +9,8 @@
 namespace isolux {
 
 /// The 8-bit picture that a viewer shows and a PNG holds.
-Picture displayed_picture(const Scene& scene, const Radiance& radiance);
+Picture displayed_picture(const Scene& scene, const SurfaceBuffer& buffer,
+                          const Radiance& radiance);
 
 /// All channels of the EXR file, as the contract's section 7 names them; no NaN in any.
 Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radiance& radiance);
