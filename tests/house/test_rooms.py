@@ -18,6 +18,7 @@ ONLY_IN = {
                                    "io/stored_bytes.cpp"},
     r"<pugixml\.hpp>": {"io/read_inv3.cpp"},
     r"<openssl/": {"io/checksum.cpp"},
+    r"<embree3/": {"intersect/mesh_surface.cpp"},
     r"<assimp/": {"io/mesh_import.cpp"},
     r"<jpeglib\.h>": {"image/jpeg.cpp"},
     r"<png\.h>": {"image/png.cpp"},

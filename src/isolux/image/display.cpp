@@ -12,6 +12,10 @@ double transfer(const Display& display, double value) {
   return value <= 0.0031308 ? 12.92 * value : 1.055 * exact::pow(value, 1 / 2.4) - 0.055;
 }
 
+double linear_from_srgb(double coded) {
+  return coded <= 0.04045 ? coded / 12.92 : exact::pow((coded + 0.055) / 1.055, 2.4);
+}
+
 std::array<std::uint8_t, 3> displayed(const Display& display, Rgb radiance) {
   std::array<std::uint8_t, 3> pixel{};
   for (int channel = 0; channel < 3; ++channel) {

@@ -22,6 +22,9 @@ struct Display {
 /// T(value), not clamped; `value` is already exposed.
 double transfer(const Display& display, double value);
 
+/// The inverse of the sRGB transfer function: for colours that a file holds.
+double linear_from_srgb(double coded);
+
 /// One pixel. Exact: the same bits on every machine.
 std::array<std::uint8_t, 3> displayed(const Display& display, Rgb radiance);
 

@@ -29,5 +29,11 @@ TEST(Display, infinite_radiance_is_white) {
   EXPECT_EQ(displayed({}, {INFINITY, 1e30, 0}), (Pixel{255, 255, 0}));
 }
 
+TEST(Display, linear_from_srgb_takes_the_transfer_function_back) {
+  for (const double value : {0.0, 0.002, 0.0031308, 0.2, 1.0}) {
+    EXPECT_NEAR(linear_from_srgb(transfer({}, value)), value, 1e-6);
+  }
+}
+
 }  // namespace
 }  // namespace isolux

@@ -7,10 +7,10 @@
 
 #include "isolux/base/affine.h"
 #include "isolux/base/error.h"
-#include "isolux/base/exact_math.h"
 #include "isolux/base/fence.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
+#include "isolux/image/display.h"
 #include "isolux/image/jpeg.h"
 #include "isolux/image/png.h"
 #include "isolux/io/data_file.h"
@@ -46,10 +46,6 @@ Affine world_from_file(const std::string& kind, MeshSpace space) {
   // Metres with +y up and +z to the front.
   if (kind == "gltf" || kind == "glb") return {{{{1000, 0, 0}, {0, 0, 1000}, {0, -1000, 0}}}, {}};
   return {diagonal(space == MeshSpace::kRas ? Vec3{-1, -1, 1} : Vec3{1, 1, 1}), {}};
-}
-
-double linear_from_srgb(double v) {
-  return v <= 0.04045 ? v / 12.92 : exact::pow((v + 0.055) / 1.055, 2.4);
 }
 
 // Takes in what the child sends.

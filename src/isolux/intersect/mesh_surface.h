@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "isolux/base/ray.h"
+#include "isolux/mesh/mesh.h"
+
+namespace isolux {
+
+/// Where a ray meets a mesh: at t, in a triangle, at the point (1 - u - v) a + u b + v c of its
+/// corners.
+struct MeshHit {
+  double t;
+  std::uint32_t triangle;
+  double u;
+  double v;
+};
+
+/// A mesh for rays in world space. Embree's trees say which triangles may be met; whether and where
+/// they are is computed here, in doubles (RayTriangles). So the answer is that of trying all
+/// triangles, on every machine; of several at the same t it is the lowest number.
+class MeshSurface {
+ public:
+  /// Builds the tree, on all threads. The mesh must have triangles; it is kept.
+  explicit MeshSurface(std::shared_ptr<const Mesh> mesh);
+  ~MeshSurface();
+  MeshSurface(MeshSurface&&) noexcept;
+  MeshSurface& operator=(MeshSurface&&) noexcept;
+
+  /// The first hit along the ray with 0 < t <= t_max.
+  std::optional<MeshHit> first_hit(const Ray& ray,
+                                   double t_max = std::numeric_limits<double>::infinity()) const;
+
+  /// Whether anything is hit with t_min < t < t_max.
+  bool any_hit(const Ray& ray, double t_min, double t_max) const;
+
+  const Mesh& mesh() const { return *mesh_; }
+
+ private:
+  struct Tree;
+
+  std::shared_ptr<const Mesh> mesh_;
+  std::unique_ptr<Tree> tree_;
+};
+
+}  // namespace isolux

@@ -1,0 +1,128 @@
+#include "isolux/intersect/mesh_surface.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "isolux/intersect/ray_triangle.h"
+#include "isolux/mesh/extract_isosurface.h"
+#include "isolux/volume/phantom.h"
+
+namespace isolux {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::shared_ptr<const Mesh> head() {
+  static const auto mesh = std::make_shared<const Mesh>(extract_isosurface(head_phantom(48), 300));
+  return mesh;
+}
+
+// All hits of a ray with t > 0, by trying every triangle; as the definition says.
+std::vector<MeshHit> all_hits(const Mesh& mesh, const Ray& ray) {
+  const RayTriangles triangles(ray);
+  std::vector<MeshHit> hits;
+  for (std::uint32_t n = 0; n < mesh.triangles.size(); ++n) {
+    const auto hit = triangles.hit(corners(mesh, mesh.triangles[n]));
+    if (hit && hit->t > 0) hits.push_back({hit->t, n, hit->u, hit->v});
+  }
+  return hits;
+}
+
+class RandomRays {
+ public:
+  Vec3 direction() {
+    while (true) {
+      const Vec3 d{number(), number(), number()};
+      if (dot(d, d) > 0.01 && dot(d, d) <= 1) return normalize(d);
+    }
+  }
+  double number() { return static_cast<double>(random_()) / 2147483647.5 - 1; }
+  std::size_t below(std::size_t count) { return random_() % count; }
+
+ private:
+  std::mt19937 random_{7};
+};
+
+TEST(MeshSurface, the_first_hit_is_that_of_trying_all_triangles_to_the_last_bit) {
+  const MeshSurface surface(head());
+  RandomRays random;
+  int hits = 0;
+  for (int n = 0; n < 300; ++n) {
+    // Half of them aimed at a vertex, from near, afar, and inside.
+    const Vec3 target = n % 2 ? as_double(head()->positions[random.below(head()->positions.size())])
+                              : 60 * Vec3{random.number(), random.number(), random.number()};
+    const double distance = n % 3 == 0 ? 1e5 : n % 3 == 1 ? 300 : 20;
+    const Vec3 direction = random.direction();
+    const Ray ray{target - distance * direction, (n % 5 == 0 ? 7.0 : 1.0) * direction};
+    std::optional<MeshHit> nearest;
+    for (const MeshHit& hit : all_hits(*head(), ray)) {
+      if (!nearest || hit.t < nearest->t) nearest = hit;
+    }
+    const auto found = surface.first_hit(ray);
+    ASSERT_EQ(found.has_value(), nearest.has_value()) << n;
+    EXPECT_EQ(surface.any_hit(ray, 0, kInfinity), nearest.has_value());
+    if (!found) continue;
+    ++hits;
+    EXPECT_EQ(found->t, nearest->t);
+    EXPECT_EQ(found->triangle, nearest->triangle);
+    EXPECT_EQ(found->u, nearest->u);
+    EXPECT_EQ(found->v, nearest->v);
+    EXPECT_FALSE(surface.first_hit(ray, found->t * (1 - 1e-15)).has_value());
+    EXPECT_TRUE(surface.first_hit(ray, found->t).has_value());
+    EXPECT_FALSE(surface.any_hit(ray, 0, found->t));
+  }
+  EXPECT_GT(hits, 150);
+}
+
+TEST(MeshSurface, rays_at_vertices_and_edges_of_a_closed_mesh_cross_it_an_even_number_of_times) {
+  const Mesh& mesh = *head();
+  RandomRays random;
+  for (int n = 0; n < 400; ++n) {
+    const Mesh::Triangle& triangle = mesh.triangles[random.below(mesh.triangles.size())];
+    const auto [a, b, c] = corners(mesh, triangle);
+    Vec3 target = a;
+    if (n % 2) target = 0.5 * (a + b);
+    // Along an axis the shear is nothing, so that edges are met exactly.
+    Vec3 direction = random.direction();
+    if (n % 4 > 1)
+      direction = n % 3 == 0 ? Vec3{1, 0, 0} : n % 3 == 1 ? Vec3{0, 1, 0} : Vec3{0, 0, -1};
+    const Ray ray{target - 512 * direction, direction};
+    EXPECT_EQ(all_hits(mesh, ray).size() % 2, 0u) << n;
+  }
+}
+
+TEST(MeshSurface, a_ray_along_an_edge_of_two_triangles_meets_exactly_one) {
+  Mesh square;
+  square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  square.triangles = {{0, 1, 2}, {0, 2, 3}};
+  for (const double at : {0.0, 0.25, 0.5, 1.0}) {
+    for (const double z : {1.0, -1.0}) {
+      const auto hits = all_hits(square, {{at, at, z}, {0, 0, -z}});
+      // The ends are on the border: there the square may or may not have it.
+      if (at > 0 && at < 1) {
+        EXPECT_EQ(hits.size(), 1u);
+      } else {
+        EXPECT_LE(hits.size(), 1u);
+      }
+      for (const MeshHit& hit : hits) EXPECT_EQ(hit.t, 1);
+    }
+  }
+}
+
+TEST(MeshSurface, of_two_triangles_in_one_place_the_lower_number_is_met) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 1, 2}, {1, 2, 0}};
+  const MeshSurface surface(std::make_shared<const Mesh>(mesh));
+  const auto hit = surface.first_hit({{0.25, 0.25, 3}, {0, 0, -1}});
+  ASSERT_TRUE(hit.has_value());
+  EXPECT_EQ(hit->triangle, 0u);
+  EXPECT_EQ(hit->t, 3);
+  EXPECT_EQ(hit->u, 0.25);
+  EXPECT_EQ(hit->v, 0.25);
+}
+
+}  // namespace
+}  // namespace isolux

@@ -1,0 +1,133 @@
+#include "isolux/intersect/rasteriser.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "isolux/base/parallel.h"
+#include "isolux/intersect/mesh_surface.h"
+#include "isolux/mesh/extract_isosurface.h"
+#include "isolux/volume/phantom.h"
+
+namespace isolux {
+namespace {
+
+// A camera that looks along `forward` at `target` from `distance`; orthographic where `fov` is 0.
+PixelRays camera(Vec3 target, Vec3 forward, double distance, double fov_slope, int size) {
+  const Vec3 f = normalize(forward);
+  const Vec3 right = normalize(cross(f, std::fabs(f.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{0, 1, 0}));
+  const Vec3 down = cross(f, right);
+  PixelRays rays{size, size, {}, {}};
+  const Vec3 eye = target - distance * f;
+  const double half = fov_slope > 0 ? fov_slope : 100;
+  const double step = 2 * half / size;
+  const PixelRays::Plane plane{-(half - step / 2) * (right + down), step * right, step * down};
+  if (fov_slope > 0) {
+    rays.origin.first = eye;
+    rays.direction = {f + plane.first, plane.along_x, plane.along_y};
+  } else {
+    rays.origin = {eye + plane.first, plane.along_x, plane.along_y};
+    rays.direction.first = f;
+  }
+  return rays;
+}
+
+struct Agreement {
+  int pixels = 0, hits = 0, other_coverage = 0, other_triangle = 0;
+  double greatest_depth_fault = 0;  ///< relative, where both hit
+};
+
+Agreement compare(const MeshSurface& surface, const PixelRays& rays) {
+  const RasterBuffer raster = rasterise(surface.mesh(), rays);
+  Agreement result;
+  for (int y = 0; y < rays.height; ++y) {
+    for (int x = 0; x < rays.width; ++x) {
+      const auto hit = surface.first_hit({rays.origin.at(x, y), rays.direction.at(x, y)});
+      const std::size_t at = raster.at(x, y);
+      const bool is_drawn = raster.triangle[at] != RasterBuffer::kNothing;
+      ++result.pixels;
+      result.hits += hit.has_value();
+      result.other_coverage += is_drawn != hit.has_value();
+      if (!is_drawn || !hit) continue;
+      result.other_triangle += raster.triangle[at] != hit->triangle;
+      result.greatest_depth_fault =
+          std::max(result.greatest_depth_fault, std::fabs(raster.t[at] - hit->t) / hit->t);
+    }
+  }
+  return result;
+}
+
+TEST(Rasteriser, it_agrees_with_rays_from_many_sides) {
+  const MeshSurface surface(
+      std::make_shared<const Mesh>(extract_isosurface(head_phantom(64), 300)));
+  for (const Vec3 forward : {Vec3{0, 1, 0}, Vec3{1, 0, 0}, Vec3{0, 0, -1}, Vec3{1, 2, -0.5},
+                             Vec3{-1, 1, 1}, Vec3{0.01, -1, 0.003}}) {
+    for (const double slope : {0.27, 0.0}) {
+      const Agreement a = compare(surface, camera({0, 0, 0}, forward, 500, slope, 128));
+      EXPECT_GT(a.hits, 2000);
+      EXPECT_LE(a.other_coverage, a.pixels / 1000);
+      EXPECT_LE(a.other_triangle, a.pixels / 1000);
+      EXPECT_LT(a.greatest_depth_fault, 1e-6);
+    }
+  }
+}
+
+TEST(Rasteriser, an_eye_inside_a_closed_mesh_sees_it_at_every_pixel) {
+  const auto mesh = std::make_shared<const Mesh>(extract_isosurface(sphere_phantom(33), 0.501));
+  for (const Vec3 forward : {Vec3{0, 1, 0}, Vec3{1, 0.3, 0}, Vec3{0.2, 0.5, -1}}) {
+    // 1 mm from the wall, with a wide view: triangles pass the eye's plane and its sides.
+    const PixelRays rays = camera(14.9 * normalize(forward), forward, 29.8, 3, 96);
+    const RasterBuffer raster = rasterise(*mesh, rays);
+    for (const std::uint32_t triangle : raster.triangle) {
+      ASSERT_NE(triangle, RasterBuffer::kNothing);
+    }
+    EXPECT_LE(compare(MeshSurface(mesh), rays).other_triangle, 9);
+  }
+}
+
+TEST(Rasteriser, an_edge_through_pixel_centres_gives_each_to_one_triangle) {
+  // A square of 8 x 8 pixels, its border and its diagonal through centres: top and left are in.
+  Mesh square;
+  square.positions = {{2, 2, 5}, {10, 2, 5}, {10, 10, 5}, {2, 10, 5}};
+  square.triangles = {{0, 1, 2}, {0, 2, 3}};
+  PixelRays rays{16, 16, {}, {}};
+  rays.origin = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  rays.direction.first = {0, 0, 1};
+  const RasterBuffer raster = rasterise(square, rays);
+  for (int y = 0; y < 16; ++y) {
+    for (int x = 0; x < 16; ++x) {
+      const bool inside = x >= 2 && x < 10 && y >= 2 && y < 10;
+      EXPECT_EQ(raster.triangle[raster.at(x, y)] != RasterBuffer::kNothing, inside)
+          << x << " " << y;
+      if (inside) {
+        EXPECT_EQ(raster.t[raster.at(x, y)], 5);
+      }
+    }
+  }
+}
+
+TEST(Rasteriser, nothing_behind_the_eye_is_drawn) {
+  Mesh mesh;
+  mesh.positions = {{-9, -9, -5}, {9, -9, -5}, {0, 9, -5}};
+  mesh.triangles = {{0, 1, 2}};
+  for (const double slope : {1.0, 0.0}) {
+    for (const double side : {1.0, -1.0}) {
+      const RasterBuffer raster = rasterise(mesh, camera({0, 0, 0}, {0, 0, side}, 0, slope, 17));
+      const bool is_seen = raster.triangle[raster.at(8, 8)] != RasterBuffer::kNothing;
+      EXPECT_EQ(is_seen, side < 0);
+    }
+  }
+}
+
+TEST(Rasteriser, the_same_bytes_for_any_number_of_threads) {
+  const Mesh mesh = extract_isosurface(head_phantom(64), -300);
+  const PixelRays rays = camera({0, 0, 0}, {1, 2, -0.5}, 500, 0.27, 200);
+  RasterBuffer one, four;
+  with_threads(1, [&] { one = rasterise(mesh, rays); });
+  with_threads(4, [&] { four = rasterise(mesh, rays); });
+  EXPECT_EQ(one.triangle, four.triangle);
+  EXPECT_EQ(one.t, four.t);
+}
+
+}  // namespace
+}  // namespace isolux

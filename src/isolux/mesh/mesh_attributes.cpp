@@ -1,0 +1,90 @@
+#include "isolux/mesh/mesh_attributes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "isolux/image/display.h"
+
+namespace isolux {
+namespace {
+
+template <typename Get>
+auto blended(const Mesh::Triangle& triangle, double u, double v, const Get& get) {
+  return (1 - u - v) * get(triangle[0]) + u * get(triangle[1]) + v * get(triangle[2]);
+}
+
+const MeshMaterial& material_of(const Mesh& mesh, std::uint32_t triangle) {
+  const auto after = std::ranges::upper_bound(mesh.parts, triangle, {}, &MeshPart::first_triangle);
+  return mesh.materials[std::prev(after)->material];
+}
+
+double linear_from_byte(std::uint8_t byte) {
+  static const auto table = [] {
+    std::array<double, 256> values{};
+    for (std::size_t n = 0; n < values.size(); ++n) {
+      values[n] = linear_from_srgb(static_cast<double>(n) / 255);
+    }
+    return values;
+  }();
+  return table[byte];
+}
+
+Rgb texel(const Picture& picture, long long x, long long y) {
+  const auto wrapped = [](long long n, int count) {
+    return static_cast<std::size_t>((n % count + count) % count);
+  };
+  const std::size_t at = 3 * (wrapped(y, picture.height) * static_cast<std::size_t>(picture.width) +
+                              wrapped(x, picture.width));
+  return {linear_from_byte(picture.rgb[at]), linear_from_byte(picture.rgb[at + 1]),
+          linear_from_byte(picture.rgb[at + 2])};
+}
+
+Rgb texture_at(const Picture& picture, double u, double v) {
+  // Pixel centres lie at half numbers, row 0 on top.
+  const double x = (u - std::floor(u)) * picture.width - 0.5;
+  const double y = (1 - (v - std::floor(v))) * picture.height - 0.5;
+  const auto left = static_cast<long long>(std::floor(x));
+  const auto top = static_cast<long long>(std::floor(y));
+  const double right_share = x - std::floor(x), low_share = y - std::floor(y);
+  const auto row = [&](long long at) {
+    return (1 - right_share) * texel(picture, left, at) +
+           right_share * texel(picture, left + 1, at);
+  };
+  return (1 - low_share) * row(top) + low_share * row(top + 1);
+}
+
+}  // namespace
+
+Vec3 shading_normal(const Mesh& mesh, std::uint32_t triangle, double u, double v) {
+  const Mesh::Triangle& t = mesh.triangles[triangle];
+  if (!mesh.normals.empty()) {
+    const Vec3 normal =
+        blended(t, u, v, [&](std::uint32_t n) { return as_double(mesh.normals[n]); });
+    if (normal != Vec3{}) return normalize(normal);
+  }
+  const auto [a, b, c] = corners(mesh, t);
+  const Vec3 normal = cross(b - a, c - a);
+  return normal == Vec3{} ? normal : normalize(normal);
+}
+
+Material material_at(const Mesh& mesh, std::uint32_t triangle, double u, double v) {
+  const MeshMaterial& from = material_of(mesh, triangle);
+  const Mesh::Triangle& t = mesh.triangles[triangle];
+  Rgb color{1, 1, 1};
+  if (!mesh.colors.empty()) {
+    const Vec3 c = blended(t, u, v, [&](std::uint32_t n) { return as_double(mesh.colors[n]); });
+    color = {c.x, c.y, c.z};
+  }
+  if (from.base_color && !mesh.texture_points.empty()) {
+    const Vec3 at = blended(t, u, v, [&](std::uint32_t n) {
+      return Vec3{mesh.texture_points[n].u, mesh.texture_points[n].v, 0};
+    });
+    color = color * texture_at(*from.base_color, at.x, at.y);
+  }
+  Material material = from.material;
+  material.ka = color * material.ka;
+  material.kd = color * material.kd;
+  return material;
+}
+
+}  // namespace isolux
