@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "isolux/base/error.h"
+#include "isolux/base/parallel.h"
 #include "isolux/intersect/ray_triangle.h"
 #include "isolux/mesh/mesh_box.h"
 
@@ -145,8 +146,12 @@ struct MeshSurface::Tree {
   }
 };
 
-MeshSurface::MeshSurface(std::shared_ptr<const Mesh> mesh)
-    : mesh_(std::move(mesh)), tree_(std::make_unique<Tree>(*mesh_)) {}
+MeshSurface::MeshSurface(std::shared_ptr<const Mesh> mesh) : mesh_(std::move(mesh)) {
+  // Embree builds in a mode that takes the smallest numbers for 0, and TBB hands the mode that it
+  // finds at its first use to every loop after it: so that use is here.
+  parallel_for(1, 1, [](std::size_t, std::size_t) {});
+  tree_ = std::make_unique<Tree>(*mesh_);
+}
 MeshSurface::~MeshSurface() = default;
 MeshSurface::MeshSurface(MeshSurface&&) noexcept = default;
 MeshSurface& MeshSurface::operator=(MeshSurface&&) noexcept = default;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "isolux/base/parallel.h"
 #include "isolux/intersect/ray_triangle.h"
 #include "isolux/mesh/extract_isosurface.h"
 #include "isolux/volume/phantom.h"
@@ -122,6 +123,19 @@ TEST(MeshSurface, of_two_triangles_in_one_place_the_lower_number_is_met) {
   EXPECT_EQ(hit->t, 3);
   EXPECT_EQ(hit->u, 0.25);
   EXPECT_EQ(hit->v, 0.25);
+}
+
+// ctest gives each test a process of its own, so that Embree is the first to use threads here.
+TEST(MeshSurface, building_its_tree_leaves_the_arithmetic_of_small_numbers_alone) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  const MeshSurface surface(std::make_shared<const Mesh>(mesh));
+  std::vector<double> halves(1000);
+  volatile double smallest = std::numeric_limits<double>::min();
+  parallel_for(halves.size(), 1,
+               [&](std::size_t begin, std::size_t) { halves[begin] = smallest / 2; });
+  for (const double half : halves) EXPECT_GT(half, 0);
 }
 
 }  // namespace
