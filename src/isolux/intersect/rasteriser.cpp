@@ -18,7 +18,8 @@ constexpr std::size_t kChunk = 1 << 14;  // triangles that are sorted into tiles
 
 // A vertex as the picture sees it.
 struct Projected {
-  Vec3 q;  ///< homogeneous: the pixel (q.x / q.z, q.y / q.z) where q.z > 0
+  Vec3 q;       ///< homogeneous: the pixel (q.x / q.z, q.y / q.z) where q.z > 0
+  double x, y;  ///< that pixel
   double depth;
 };
 
@@ -42,7 +43,9 @@ class Projection {
 
   Projected operator()(Vec3f position) const {
     const Vec3 q = to_pixel_ * (as_double(position) - origin_);
-    return orthographic_ ? Projected{{q.x, q.y, 1}, q.z} : Projected{q, q.z};
+    if (orthographic_) return {{q.x, q.y, 1}, q.x, q.y, q.z};
+    const double scale = 1 / q.z;
+    return {q, q.x * scale, q.y * scale, q.z};
   }
 
   /// The pixels whose centres the triangle may cover. Where it passes the eye's plane, what is in
@@ -56,14 +59,15 @@ class Projection {
     }
     if (!(greatest > 0)) return {0, 0, -1, -1};
     if (orthographic_ || least > 0) {
-      for (const Projected& corner : corners) bounds.add(corner.q);
+      for (const Projected& corner : corners) bounds.add(corner.x, corner.y);
     } else {
       const double nearest = 1e-6 * greatest;
       for (std::size_t n = 0; n < 3; ++n) {
         const Vec3 p = corners[n].q, r = corners[(n + 1) % 3].q;
-        if (p.z > nearest) bounds.add(p);
-        if ((p.z > nearest) != (r.z > nearest))
-          bounds.add(p + (nearest - p.z) / (r.z - p.z) * (r - p));
+        if (p.z > nearest) bounds.add(corners[n].x, corners[n].y);
+        if ((p.z > nearest) == (r.z > nearest)) continue;
+        const Vec3 cut = p + (nearest - p.z) / (r.z - p.z) * (r - p);
+        bounds.add(cut.x / nearest, cut.y / nearest);
       }
     }
     return {first_pixel(bounds.low_x), first_pixel(bounds.low_y), last_pixel(bounds.high_x, width_),
@@ -73,24 +77,25 @@ class Projection {
   bool is_orthographic() const { return orthographic_; }
 
  private:
-  // A hair wider than the corners, for rounding.
   struct Bounds {
-    double low_x = 1e9, low_y = 1e9, high_x = -1e9, high_y = -1e9;
+    double low_x = kFar, low_y = kFar, high_x = -kFar, high_y = -kFar;
 
-    void add(Vec3 q) {
-      constexpr double kHair = 1e-6;
-      const double x = std::clamp(q.x / q.z, -1e9, 1e9), y = std::clamp(q.y / q.z, -1e9, 1e9);
-      low_x = std::min(low_x, x - kHair);
-      low_y = std::min(low_y, y - kHair);
-      high_x = std::max(high_x, x + kHair);
-      high_y = std::max(high_y, y + kHair);
+    void add(double x, double y) {
+      low_x = std::min(low_x, x);
+      low_y = std::min(low_y, y);
+      high_x = std::max(high_x, x);
+      high_y = std::max(high_y, y);
     }
   };
-  static int first_pixel(double low) { return static_cast<int>(std::max(0.0, std::ceil(low))); }
+  // A hair further out, for rounding.
+  static int first_pixel(double low) {
+    return static_cast<int>(std::max(0.0, std::ceil(std::min(low, kFar) - kHair)));
+  }
   static int last_pixel(double high, int count) {
-    return static_cast<int>(std::min(count - 1.0, std::floor(high)));
+    return static_cast<int>(std::min(count - 1.0, std::floor(std::max(high, -kFar) + kHair)));
   }
 
+  static constexpr double kFar = 1e9, kHair = 1e-6;
   bool orthographic_;
   Vec3 origin_;
   Mat3 to_pixel_;
@@ -119,16 +124,17 @@ struct TriangleFunctions {
       is_empty = true;
       return;
     }
+    const double per_area = 1 / std::fabs(area);
     for (std::size_t n = 0; n < 3; ++n) {
       const Vec3 e = sign * cross(c[(n + 1) % 3].q, c[(n + 2) % 3].q);
       edges[n] = {e.x, e.y, e.z};
       owns_zero[n] = e.x > 0 || (e.x == 0 && e.y > 0);
       // Perspective: the edge functions together are |area| / t. Orthographic: t is the corners'
       // depths blended by them.
-      const double share = orthographic ? -c[n].depth : 1;
-      nearness.x += share * e.x / std::fabs(area);
-      nearness.y += share * e.y / std::fabs(area);
-      nearness.constant += share * e.z / std::fabs(area);
+      const double share = orthographic ? -c[n].depth * per_area : per_area;
+      nearness.x += share * e.x;
+      nearness.y += share * e.y;
+      nearness.constant += share * e.z;
     }
   }
 
@@ -203,8 +209,8 @@ class Raster {
     }
   }
 
-  // Counts, adds up, fills: each chunk of triangles has its own stretch of each tile's list, so the
-  // lists are in order whoever fills them.
+  // Counts, adds up, fills: each chunk of triangles has its own stretch of each tile's list, so
+  // the lists are in order whoever fills them.
   void sort_into_tiles() {
     const std::size_t triangles = mesh_.triangles.size(), tiles = tile_count();
     const std::size_t chunks = (triangles + kChunk - 1) / kChunk;
