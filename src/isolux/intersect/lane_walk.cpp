@@ -107,35 +107,37 @@ HWY_INLINE void turning_points(const Cubic& p, VF& first, VF& second) {
   second = hn::Max(a, b);
 }
 
-struct Roots {
-  MF hit;        // s is where the sign changes first
+// A piece of [0, 1] in which a cubic that is positive at its lower end first reaches zero.
+struct Bracket {
+  MF found;
   MF undecided;  // floats cannot tell
-  VF s;
+  VF low, high;
 };
 
-// The first zero in (0, 1] of a cubic that is positive at 0.
-HWY_INLINE Roots first_zero(const Cubic& p, VF doubt) {
+// The piece for a cubic that is positive at 0: between the turning points, it is monotone.
+HWY_INLINE Bracket first_change(const Cubic& p, VF doubt) {
   const VF zero = hn::Zero(kF), one = hn::Set(kF, 1.0f);
   VF turn1, turn2;
   turning_points(p, turn1, turn2);
-  const VF at1 = p.at(turn1), at2 = p.at(turn2), at_end = p.at(one);
+  const VF at1 = p.at(turn1), at2 = p.at(turn2);
   const MF in_first = hn::Le(at1, zero);
   const MF in_second = hn::Le(at2, zero);
-  const MF in_third = hn::Le(at_end, zero);
-  Roots roots;
-  roots.hit = hn::Or(in_first, hn::Or(in_second, in_third));
+  const MF in_third = hn::Le(p.at(one), zero);
   const MF doubt1 = hn::And(hn::Le(hn::Abs(at1), doubt), hn::Lt(turn1, one));
   const MF doubt2 = hn::AndNot(in_first, hn::And(hn::Le(hn::Abs(at2), doubt), hn::Lt(turn2, one)));
-  roots.undecided = hn::Or(doubt1, doubt2);
+  return {hn::Or(in_first, hn::Or(in_second, in_third)), hn::Or(doubt1, doubt2),
+          hn::IfThenElse(in_first, zero, hn::IfThenElse(in_second, turn1, turn2)),
+          hn::IfThenElse(in_first, turn1, hn::IfThenElse(in_second, turn2, one))};
+}
 
-  VF low = hn::IfThenElse(in_first, zero, hn::IfThenElse(in_second, turn1, turn2));
-  VF high = hn::IfThenElse(in_first, turn1, hn::IfThenElse(in_second, turn2, one));
-  const VF at_low = hn::IfThenElse(in_first, p.c0, hn::IfThenElse(in_second, at1, at2));
-  const VF at_high = hn::IfThenElse(in_first, at1, hn::IfThenElse(in_second, at2, at_end));
+// The zero in [low, high], by Newton's method with bisection as its guard; `value` is what is left
+// there.
+HWY_INLINE VF zero_between(const Cubic& p, VF low, VF high, VF& value) {
+  const VF zero = hn::Zero(kF), half = hn::Set(kF, 0.5f);
+  const VF at_low = p.at(low), at_high = p.at(high);
   VF s = hn::MulAdd(hn::Sub(high, low), hn::Div(at_low, hn::Sub(at_low, at_high)), low);
-  const VF half = hn::Set(kF, 0.5f);
-  VF value = p.at(s);
-  for (int step = 0; step < 4; ++step) {
+  value = p.at(s);
+  for (int step = 0; step < 5; ++step) {
     const MF before = hn::Gt(value, zero);
     low = hn::IfThenElse(before, s, low);
     high = hn::IfThenElse(before, high, s);
@@ -144,11 +146,7 @@ HWY_INLINE Roots first_zero(const Cubic& p, VF doubt) {
     s = hn::IfThenElse(guarded, next, hn::Mul(half, hn::Add(low, high)));
     value = p.at(s);
   }
-  const MF rough = hn::Not(hn::Le(hn::Abs(value), hn::Mul(hn::Set(kF, 0.5f), doubt)));
-  roots.undecided = hn::Or(roots.undecided, hn::And(roots.hit, rough));
-  roots.hit = hn::AndNot(roots.undecided, roots.hit);
-  roots.s = s;
-  return roots;
+  return s;
 }
 
 // The lanes of one vector on their way through the volume.
@@ -173,7 +171,7 @@ class Walk {
         cell_[a] = hn::IfThenElse(hn::RebindMask(kI, active), next_cell_[a], cell_[a]);
       }
     }
-    store(hit, undecided, hits, found);
+    if (!hn::AllFalse(kF, hn::Or(hit, undecided))) finish(hit, undecided, hits, found);
   }
 
  private:
@@ -219,8 +217,14 @@ class Walk {
     VI block = hn::Set(kI, 0);
     for (int a = 0; a < 3; ++a) settle(a, from_d, still[a], block);
     block_ = block;
-    t_ = zero;
+    t_ = next_t_ = zero;
     side_ = zero;
+    met_.cubic = {zero, zero, zero, zero};
+    met_.low = met_.high = met_.t = met_.span = zero;
+    for (int a = 0; a < 3; ++a) {
+      met_.entry[a] = met_.step[a] = zero;
+      met_.cell[a] = next_cell_[a] = hn::Zero(kI);
+    }
     return active;
   }
 
@@ -268,23 +272,30 @@ class Walk {
           hn::And(hn::GatherOffset(kI, reinterpret_cast<const std::int32_t*>(field_.leaps), blocks),
                   hn::Set(kI, 255));
       const MI near = hn::Eq(leap, zero);
+      // How far the box reaches that holds nothing else: the cube of empty blocks,
+      VI keep = hn::Set(kI, ~3);
+      VI upper = hn::ShiftLeft<2>(leap);
+      VI lower = hn::Sub(hn::Set(kI, 4), upper);
       MF found = hn::FirstN(kF, 0);
       if (!hn::AllFalse(kI, near)) {
         const VI word = hn::Add(hn::Add(blocks, blocks), hn::And(hn::ShiftRight<1>(cell_[2]), one));
         const VI bits =
             hn::GatherIndex(kI, reinterpret_cast<const std::int32_t*>(field_.cells), word);
-        const VI three = hn::Set(kI, 3);
+        const VI two = hn::Set(kI, 2);
+        const VI octant = hn::Add(hn::And(cell_[0], two), hn::ShiftLeft<2>(hn::And(cell_[1], two)));
+        const VI in_octant = hn::And(hn::Shr(bits, octant), hn::Set(kI, 0x00330033));
         const VI bit =
-            hn::Add(hn::Add(hn::And(cell_[0], three), hn::ShiftLeft<2>(hn::And(cell_[1], three))),
+            hn::Add(hn::Add(hn::And(cell_[0], one), hn::ShiftLeft<2>(hn::And(cell_[1], one))),
                     hn::ShiftLeft<4>(hn::And(cell_[2], one)));
-        const VI is_set = hn::And(bits, hn::Shl(one, bit));
-        found = hn::And(walking, hn::RebindMask(kF, hn::And(near, hn::Ne(is_set, zero))));
+        const VI here = hn::And(in_octant, hn::Shl(one, bit));
+        found = hn::And(walking, hn::RebindMask(kF, hn::And(near, hn::Ne(here, zero))));
+        // an empty 2^3 octant, or the cell.
+        const MI empty = hn::Eq(in_octant, zero);
+        const VI size = hn::IfThenElse(empty, two, one);
+        keep = hn::IfThenElse(near, hn::Neg(size), keep);
+        upper = hn::IfThenElse(near, size, upper);
+        lower = hn::IfThenZeroElse(near, lower);
       }
-      // To the far side of the cell, or of the cube of empty blocks.
-      const VI keep = hn::IfThenElse(near, hn::Set(kI, -1), hn::Set(kI, ~3));
-      const VI four = hn::Set(kI, 4);
-      const VI upper = hn::IfThenElse(near, one, hn::ShiftLeft<2>(leap));
-      const VI lower = hn::IfThenElse(near, zero, hn::Sub(four, hn::ShiftLeft<2>(leap)));
       VI plane[3];
       VF t[3];
       for (int a = 0; a < 3; ++a) {
@@ -295,6 +306,7 @@ class Walk {
       const VF leave = hn::Min(t[0], hn::Min(t[1], t[2]));
       const VF next_t = hn::Max(leave, t_);
       const MI stay = hn::RebindMask(kI, found);
+      const MI step = hn::Eq(keep, hn::Set(kI, -1));  // the other two axes stay as they are
       const MI go = hn::RebindMask(kI, hn::AndNot(found, walking));
       for (int a = 0; a < 3; ++a) {
         const VI here =
@@ -302,7 +314,7 @@ class Walk {
         const MI up = hn::RebindMask(kI, axis_[a].up);
         const VI beyond = hn::IfThenElse(up, plane[a], hn::Sub(plane[a], one));
         const MI through = hn::RebindMask(kI, hn::Eq(t[a], leave));
-        const VI next = hn::IfThenElse(through, beyond, hn::IfThenElse(near, cell_[a], here));
+        const VI next = hn::IfThenElse(through, beyond, hn::IfThenElse(step, cell_[a], here));
         next_cell_[a] = hn::IfThenElse(stay, next, next_cell_[a]);
         cell_[a] = hn::IfThenElse(go, next, cell_[a]);
       }
@@ -353,67 +365,94 @@ class Walk {
     for (VF* const term : {&p.c0, &p.c1, &p.c2, &p.c3}) *term = hn::Xor(*term, sign);
     undecided = hn::Or(undecided, hn::And(active, hn::Le(p.c0, zero)));
 
+    // By its Bernstein coefficients, without a root where all are positive. With one change of
+    // sign among them it has one root.
     const VF third = hn::Set(kF, 1.0f / 3.0f);
     const VF b1 = hn::MulAdd(third, p.c1, p.c0);
     const VF b2 = hn::MulAdd(third, hn::MulAdd(hn::Set(kF, 2.0f), p.c1, p.c2), p.c0);
     const VF b3 = hn::Add(hn::Add(p.c0, p.c1), hn::Add(p.c2, p.c3));
     const MF clear = hn::Gt(hn::Min(hn::Min(p.c0, b1), hn::Min(b2, b3)), doubt);
-    const MF open = hn::AndNot(hn::Or(clear, undecided), active);
-    if (hn::AllFalse(kF, open)) return open;
-    const Roots roots = first_zero(p, doubt);
-    // Where the walk begins it may still be outside the volume, by a rounding.
-    const MF at_border =
-        hn::Le(hn::MulAdd(roots.s, span, t_), hn::Mul(hn::Set(kF, 4 * kRounding), from_));
-    undecided =
-        hn::Or(undecided, hn::And(open, hn::Or(roots.undecided, hn::And(roots.hit, at_border))));
+    MF met = hn::AndNot(hn::Or(clear, undecided), active);
+    if (hn::AllFalse(kF, met)) return met;
+    const MF waves = hn::And(hn::Lt(b1, doubt), hn::Gt(b2, hn::Neg(doubt)));
+    const MF once = hn::AndNot(waves, hn::Lt(b3, hn::Neg(doubt)));
+    VF low = zero, high = hn::Set(kF, 1.0f);
+    const MF look = hn::AndNot(once, met);
+    if (!hn::AllFalse(kF, look)) {
+      const Bracket change = first_change(p, doubt);
+      undecided = hn::Or(undecided, hn::And(look, change.undecided));
+      met = hn::AndNot(undecided, hn::And(met, hn::Or(once, change.found)));
+      low = hn::IfThenElse(look, change.low, low);
+      high = hn::IfThenElse(look, change.high, high);
+    }
+    keep(met, p.c0, met_.cubic.c0);
+    keep(met, p.c1, met_.cubic.c1);
+    keep(met, p.c2, met_.cubic.c2);
+    keep(met, p.c3, met_.cubic.c3);
+    keep(met, low, met_.low);
+    keep(met, high, met_.high);
+    keep(met, t_, met_.t);
+    keep(met, span, met_.span);
+    for (int a = 0; a < 3; ++a) {
+      keep(met, entry[a], met_.entry[a]);
+      keep(met, step[a], met_.step[a]);
+      met_.cell[a] = hn::IfThenElse(hn::RebindMask(kI, met), at[a], met_.cell[a]);
+    }
+    return met;
+  }
+
+  static HWY_INLINE void keep(MF lanes, VF value, VF& place) {
+    place = hn::IfThenElse(lanes, value, place);
+  }
+
+  // Where exactly the lanes that met the surface did so.
+  HWY_INLINE void finish(MF met, MF undecided, HitLanes& hits, Found& found) {
+    const VF zero = hn::Zero(kF), one = hn::Set(kF, 1.0f);
+    VF value;
+    const VF s = zero_between(met_.cubic, met_.low, met_.high, value);
+    MF sound = hn::Le(hn::Abs(value), hn::Set(kF, 0.5f * field_.doubt));
+    // Where the walk began it may still have been outside the volume, by a rounding.
+    const VF along = hn::Mul(s, met_.span);
+    sound =
+        hn::And(sound, hn::Gt(hn::Add(met_.t, along), hn::Mul(hn::Set(kF, 4 * kRounding), from_)));
     // Between two cells the walk's floats may keep to the wrong one for a hair's breadth.
     VF local[3];
     for (int a = 0; a < 3; ++a) {
-      const VF exact = hn::MulAdd(roots.s, step[a], entry[a]);
-      local[a] = hn::Min(hn::Max(exact, zero), hn::Set(kF, 1.0f));
-      const MF outside = hn::Gt(hn::Abs(hn::Sub(exact, local[a])), hn::Set(kF, 5e-7f));
-      undecided = hn::Or(undecided, hn::And(open, hn::And(roots.hit, outside)));
+      const VF exact = hn::MulAdd(s, met_.step[a], met_.entry[a]);
+      local[a] = hn::Min(hn::Max(exact, zero), one);
+      sound = hn::And(sound, hn::Le(hn::Abs(hn::Sub(exact, local[a])), hn::Set(kF, 5e-7f)));
     }
-    const MF hit = hn::AndNot(undecided, hn::And(open, roots.hit));
-    hit_in_ = hn::IfThenElse(hit, t_, hit_in_);
-    hit_span_ = hn::IfThenElse(hit, hn::Mul(roots.s, span), hit_span_);
-    for (int a = 0; a < 3; ++a) {
-      hit_cell_[a] = hn::IfThenElse(hn::RebindMask(kI, hit), at[a], hit_cell_[a]);
-      hit_local_[a] = hn::IfThenElse(hit, local[a], hit_local_[a]);
-    }
-    return hit;
-  }
+    undecided = hn::Or(undecided, hn::AndNot(sound, met));
+    const MF hit = hn::And(met, sound);
 
-  HWY_INLINE void store(MF hit, MF undecided, HitLanes& hits, Found& found) {
-    const Doubles from = to_doubles(from_), in = to_doubles(hit_in_), span = to_doubles(hit_span_);
-    hn::Store(hn::Add(hn::Add(from.low, in.low), span.low), kD, hits.t + first_);
-    hn::Store(hn::Add(hn::Add(from.high, in.high), span.high), kD, hits.t + first_ + hn::Lanes(kD));
+    const Doubles from = to_doubles(from_), in = to_doubles(met_.t), rest = to_doubles(along);
+    hn::Store(hn::Add(hn::Add(from.low, in.low), rest.low), kD, hits.t + first_);
+    hn::Store(hn::Add(hn::Add(from.high, in.high), rest.high), kD, hits.t + first_ + hn::Lanes(kD));
     for (int a = 0; a < 3; ++a) {
-      hn::Store(hit_cell_[a], kI, found.cell[a] + first_);
-      hn::Store(hit_local_[a], kF, found.local[a] + first_);
+      hn::Store(met_.cell[a], kI, found.cell[a] + first_);
+      hn::Store(local[a], kF, found.local[a] + first_);
     }
-    MF without = hn::FirstN(kF, 0);
     MF away = hn::FirstN(kF, 0);
-    if (!hn::AllFalse(kF, hit)) without = normals(hit, away, hits);
-    found.away |= bits_of(away) << first_;
+    const MF without = normals(hit, local, away, hits);
     found.hit |= bits_of(hit) << first_;
     found.undecided |= bits_of(undecided) << first_;
+    found.away |= bits_of(away) << first_;
     found.without_normal |= bits_of(without) << first_;
   }
 
   // The trilinear blend of central differences, carried into world space. Returns the lanes where
   // it must be looked at more closely: at the volume's border, or where it all but vanishes.
-  HWY_INLINE MF normals(MF hit, MF& away, HitLanes& hits) {
+  HWY_INLINE MF normals(MF hit, const VF (&local)[3], MF& away, HitLanes& hits) {
     MI inner = hn::RebindMask(kI, hit);
     for (int a = 0; a < 3; ++a) {
-      inner = hn::And(inner, hn::And(hn::Gt(hit_cell_[a], hn::Zero(kI)),
-                                     hn::Lt(hit_cell_[a], hn::Set(kI, field_.dims[a] - 2))));
+      inner = hn::And(inner, hn::And(hn::Gt(met_.cell[a], hn::Zero(kI)),
+                                     hn::Lt(met_.cell[a], hn::Set(kI, field_.dims[a] - 2))));
     }
     const MF whole = hn::RebindMask(kF, inner);
     if (hn::AllFalse(kF, whole)) return hit;
-    const Voxels<T, kWide> voxels(field_, hit_cell_, inner, 1);
+    const Voxels<T, kWide> voxels(field_, met_.cell, inner, 1);
     VF gradient[3], spread = hn::Zero(kF);
-    voxels.gradient(hit_local_, gradient, spread);
+    voxels.gradient(local, gradient, spread);
     VF n[3];
     VF square = hn::Zero(kF);
     for (int row = 0; row < 3; ++row) {
@@ -455,13 +494,19 @@ class Walk {
   std::size_t first_;
   Axis axis_[3];
   VF from_, end_;  // the walk's t is counted from `from_`
-  VF t_, next_t_ = hn::Zero(kF);
+  VF t_, next_t_;
   VI block_;  // index of the block at the rays' bases
-  VI cell_[3], next_cell_[3] = {hn::Zero(kI), hn::Zero(kI), hn::Zero(kI)};
+  VI cell_[3], next_cell_[3];
   VF side_;  // the field's sign where the ray comes from; 0: not yet known
-  VF hit_in_ = hn::Zero(kF), hit_span_ = hn::Zero(kF);  // t at the cell's entry, and from there
-  VI hit_cell_[3] = {hn::Zero(kI), hn::Zero(kI), hn::Zero(kI)};
-  VF hit_local_[3] = {hn::Zero(kF), hn::Zero(kF), hn::Zero(kF)};
+
+  // What is known of the lanes that met the surface: the field in that cell, along the ray.
+  struct {
+    Cubic cubic;
+    VF low, high;  // the root lies between
+    VF t, span;    // of the ray's piece in the cell
+    VF entry[3], step[3];
+    VI cell[3];
+  } met_;
 };
 
 template <typename T, bool kWide>
