@@ -45,13 +45,14 @@ class Eye {
       const IsoSurface& surface = lanes->surface();
       views_.push_back({lanes.get(), carried(surface.index_from_world(), world_),
                         TileBounds(lanes->skip(), surface.volume().world_from_index, camera,
-                                   SurfaceBuffer::kTile)});
+                                   SurfaceBuffer::kBlock)});
     }
   }
 
-  // The 4 x 4 pixels from (x0, y0), which lie in tile `tile`.
-  BlockHits trace(int x0, int y0, std::size_t tile) const {
+  // The 4 x 4 pixels from (x0, y0).
+  BlockHits trace(int x0, int y0) const {
     BlockHits nearest;
+    const auto tile = static_cast<std::size_t>(y0 / 4 * ((width_ + 3) / 4) + x0 / 4);
     RayLanes rays;
     HitLanes hits;
     for (std::size_t n = 0; n < views_.size(); ++n) {
@@ -152,7 +153,8 @@ void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
       for (std::size_t block = 0; block < 4; ++block) {
         const int x0 = static_cast<int>(8 * column + 4 * (block & 1));
         const int y0 = static_cast<int>(8 * row + 4 * (block >> 1));
-        const BlockHits hits = eye.trace(x0, y0, tile);
+        if (x0 >= camera.width() || y0 >= camera.height()) continue;
+        const BlockHits hits = eye.trace(x0, y0);
         if (hits.hit == 0) continue;
         buffer.hits[tile] |= std::uint64_t{hits.hit} << (16 * block);
         const std::size_t at = 64 * tile + 16 * block;
@@ -173,9 +175,7 @@ void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
 
 PixelHit RayCaster::cast_pixel(const Camera& camera, int x, int y) const {
   const Eye eye(surfaces_, camera);
-  const int tiles_x = (camera.width() + SurfaceBuffer::kTile - 1) / SurfaceBuffer::kTile;
-  const std::size_t tile = static_cast<std::size_t>(y / 8 * tiles_x + x / 8);
-  const BlockHits hits = eye.trace(x & ~3, y & ~3, tile);
+  const BlockHits hits = eye.trace(x & ~3, y & ~3);
   const int n = (y & 3) * 4 + (x & 3);
   if (!(hits.hit >> n & 1)) return {};
   return {{hits.t[n], hits.normal[0][n], hits.normal[1][n], hits.normal[2][n], hits.surface[n]},
