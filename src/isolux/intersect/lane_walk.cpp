@@ -164,27 +164,107 @@ class Walk {
   HWY_INLINE Walk(const Field& field, const RayLanes& rays, std::size_t first)
       : field_(field), rays_(rays), first_(first) {}
 
-  HWY_INLINE void run(std::uint32_t lanes, HitLanes& hits, Found& found) {
-    MF active = begin(lanes);
-    MF hit = hn::FirstN(kF, 0), undecided = hn::FirstN(kF, 0);
-    while (true) {
-      active = next_candidates(active);
-      if (hn::AllFalse(kF, active)) break;
-      const MF met = solve(active, undecided);
-      hit = hn::Or(hit, met);
-      active = hn::AndNot(hn::Or(met, undecided), active);
-      // Past the cell that was looked at in vain.
-      t_ = hn::IfThenElse(active, next_t_, t_);
-      for (int a = 0; a < 3; ++a) {
-        cell_[a] = hn::IfThenElse(hn::RebindMask(kI, active), next_cell_[a], cell_[a]);
-      }
+  HWY_INLINE void begin(std::uint32_t lanes) {
+    active_ = start(lanes);
+    met_lanes_ = undecided_ = walking_ = candidates_ = hn::FirstN(kF, 0);
+  }
+
+  // Whether any lane still has somewhere to go. Then all of them walk.
+  HWY_INLINE bool set_out() {
+    walking_ = hn::And(active_, hn::Lt(t_, end_));
+    candidates_ = hn::FirstN(kF, 0);
+    return is_walking();
+  }
+  HWY_INLINE bool is_walking() const { return !hn::AllFalse(kF, walking_); }
+
+  // One step of the walking lanes. Those that come to stand in a cell that can hold the surface
+  // stop there; where they would go next is in next_t_ and next_cell_.
+  HWY_INLINE void step() {
+    const VI zero = hn::Zero(kI), one = hn::Set(kI, 1);
+    VI blocks = hn::Add(block_, hn::ShiftRight<2>(cell_[0]));
+    blocks =
+        hn::Add(blocks, hn::Mul(hn::ShiftRight<2>(cell_[1]), hn::Set(kI, field_.block_stride_y)));
+    blocks =
+        hn::Add(blocks, hn::Mul(hn::ShiftRight<2>(cell_[2]), hn::Set(kI, field_.block_stride_z)));
+    blocks = hn::Min(hn::Max(blocks, zero), hn::Set(kI, field_.block_count - 1));
+    const VI leap =
+        hn::And(hn::GatherOffset(kI, reinterpret_cast<const std::int32_t*>(field_.leaps), blocks),
+                hn::Set(kI, 255));
+    const MI near = hn::Eq(leap, zero);
+    // How far the box reaches that holds nothing else: the cube of empty blocks,
+    VI keep = hn::Set(kI, ~3);
+    VI upper = hn::ShiftLeft<2>(leap);
+    VI lower = hn::Sub(hn::Set(kI, 4), upper);
+    MF found = hn::FirstN(kF, 0);
+    if (!hn::AllFalse(kI, near)) {
+      const VI word = hn::Add(hn::Add(blocks, blocks), hn::And(hn::ShiftRight<1>(cell_[2]), one));
+      const VI bits =
+          hn::GatherIndex(kI, reinterpret_cast<const std::int32_t*>(field_.cells), word);
+      const VI two = hn::Set(kI, 2);
+      const VI octant = hn::Add(hn::And(cell_[0], two), hn::ShiftLeft<2>(hn::And(cell_[1], two)));
+      const VI in_octant = hn::And(hn::Shr(bits, octant), hn::Set(kI, 0x00330033));
+      const VI bit =
+          hn::Add(hn::Add(hn::And(cell_[0], one), hn::ShiftLeft<2>(hn::And(cell_[1], one))),
+                  hn::ShiftLeft<4>(hn::And(cell_[2], one)));
+      const VI here = hn::And(in_octant, hn::Shl(one, bit));
+      found = hn::And(walking_, hn::RebindMask(kF, hn::And(near, hn::Ne(here, zero))));
+      // an empty 2^3 octant, or the cell.
+      const MI empty = hn::Eq(in_octant, zero);
+      const VI size = hn::IfThenElse(empty, two, one);
+      keep = hn::IfThenElse(near, hn::Neg(size), keep);
+      upper = hn::IfThenElse(near, size, upper);
+      lower = hn::IfThenZeroElse(near, lower);
     }
-    if (!hn::AllFalse(kF, hn::Or(hit, undecided))) finish(hit, undecided, hits, found);
+    VI plane[3];
+    VF t[3];
+    for (int a = 0; a < 3; ++a) {
+      const MI up = hn::RebindMask(kI, axis_[a].up);
+      plane[a] = hn::Add(hn::And(cell_[a], keep), hn::IfThenElse(up, upper, lower));
+      t[a] = plane_t(axis_[a], plane[a]);
+    }
+    const VF leave = hn::Min(t[0], hn::Min(t[1], t[2]));
+    const VF next_t = hn::Max(leave, t_);
+    const MI stay = hn::RebindMask(kI, found);
+    const MI step = hn::Eq(keep, hn::Set(kI, -1));  // the other two axes stay as they are
+    const MI go = hn::RebindMask(kI, hn::AndNot(found, walking_));
+    for (int a = 0; a < 3; ++a) {
+      const VI here = nearest_int(hn::MulAdd(axis_[a].direction, next_t, axis_[a].cell_origin));
+      const MI up = hn::RebindMask(kI, axis_[a].up);
+      const VI beyond = hn::IfThenElse(up, plane[a], hn::Sub(plane[a], one));
+      const MI through = hn::RebindMask(kI, hn::Eq(t[a], leave));
+      const VI next = hn::IfThenElse(through, beyond, hn::IfThenElse(step, cell_[a], here));
+      next_cell_[a] = hn::IfThenElse(stay, next, next_cell_[a]);
+      cell_[a] = hn::IfThenElse(go, next, cell_[a]);
+    }
+    next_t_ = hn::IfThenElse(found, next_t, next_t_);
+    t_ = hn::IfThenElse(hn::RebindMask(kF, go), next_t, t_);
+    candidates_ = hn::Or(candidates_, found);
+    walking_ = hn::And(hn::AndNot(found, walking_), hn::Lt(t_, end_));
+  }
+
+  // Looks for the surface in the cells where walking lanes have stopped.
+  HWY_INLINE void look() {
+    active_ = candidates_;
+    if (hn::AllFalse(kF, active_)) return;
+    const MF met = solve(active_, undecided_);
+    met_lanes_ = hn::Or(met_lanes_, met);
+    active_ = hn::AndNot(hn::Or(met, undecided_), active_);
+    // Past the cell that was looked at in vain.
+    t_ = hn::IfThenElse(active_, next_t_, t_);
+    for (int a = 0; a < 3; ++a) {
+      cell_[a] = hn::IfThenElse(hn::RebindMask(kI, active_), next_cell_[a], cell_[a]);
+    }
+  }
+
+  HWY_INLINE void end(HitLanes& hits, Found& found) {
+    if (!hn::AllFalse(kF, hn::Or(met_lanes_, undecided_))) {
+      finish(met_lanes_, undecided_, hits, found);
+    }
   }
 
  private:
   // Clips the rays to the volume and settles where each walk begins.
-  HWY_INLINE MF begin(std::uint32_t lanes) {
+  HWY_INLINE MF start(std::uint32_t lanes) {
     const VF zero = hn::Zero(kF);
     MF active = mask_of(lanes);
     VF from = hn::Load(kF, rays_.begin + first_);
@@ -262,76 +342,6 @@ class Walk {
     const std::int32_t stride = a == 0 ? 1 : a == 1 ? field_.block_stride_y : field_.block_stride_z;
     const VI blocks = hn::Add(hn::ShiftRight<2>(axis.base), hn::Set(kI, 1));
     block = hn::Add(block, hn::Mul(blocks, hn::Set(kI, stride)));
-  }
-
-  // Walks until every lane stands in a cell that can hold the surface, or is out. Returns the
-  // former; where they go next is in next_t_ and next_cell_.
-  HWY_INLINE MF next_candidates(MF walking) {
-    MF candidates = hn::FirstN(kF, 0);
-    walking = hn::And(walking, hn::Lt(t_, end_));
-    const VI zero = hn::Zero(kI), one = hn::Set(kI, 1);
-    while (!hn::AllFalse(kF, walking)) {
-      VI blocks = hn::Add(block_, hn::ShiftRight<2>(cell_[0]));
-      blocks =
-          hn::Add(blocks, hn::Mul(hn::ShiftRight<2>(cell_[1]), hn::Set(kI, field_.block_stride_y)));
-      blocks =
-          hn::Add(blocks, hn::Mul(hn::ShiftRight<2>(cell_[2]), hn::Set(kI, field_.block_stride_z)));
-      blocks = hn::Min(hn::Max(blocks, zero), hn::Set(kI, field_.block_count - 1));
-      const VI leap =
-          hn::And(hn::GatherOffset(kI, reinterpret_cast<const std::int32_t*>(field_.leaps), blocks),
-                  hn::Set(kI, 255));
-      const MI near = hn::Eq(leap, zero);
-      // How far the box reaches that holds nothing else: the cube of empty blocks,
-      VI keep = hn::Set(kI, ~3);
-      VI upper = hn::ShiftLeft<2>(leap);
-      VI lower = hn::Sub(hn::Set(kI, 4), upper);
-      MF found = hn::FirstN(kF, 0);
-      if (!hn::AllFalse(kI, near)) {
-        const VI word = hn::Add(hn::Add(blocks, blocks), hn::And(hn::ShiftRight<1>(cell_[2]), one));
-        const VI bits =
-            hn::GatherIndex(kI, reinterpret_cast<const std::int32_t*>(field_.cells), word);
-        const VI two = hn::Set(kI, 2);
-        const VI octant = hn::Add(hn::And(cell_[0], two), hn::ShiftLeft<2>(hn::And(cell_[1], two)));
-        const VI in_octant = hn::And(hn::Shr(bits, octant), hn::Set(kI, 0x00330033));
-        const VI bit =
-            hn::Add(hn::Add(hn::And(cell_[0], one), hn::ShiftLeft<2>(hn::And(cell_[1], one))),
-                    hn::ShiftLeft<4>(hn::And(cell_[2], one)));
-        const VI here = hn::And(in_octant, hn::Shl(one, bit));
-        found = hn::And(walking, hn::RebindMask(kF, hn::And(near, hn::Ne(here, zero))));
-        // an empty 2^3 octant, or the cell.
-        const MI empty = hn::Eq(in_octant, zero);
-        const VI size = hn::IfThenElse(empty, two, one);
-        keep = hn::IfThenElse(near, hn::Neg(size), keep);
-        upper = hn::IfThenElse(near, size, upper);
-        lower = hn::IfThenZeroElse(near, lower);
-      }
-      VI plane[3];
-      VF t[3];
-      for (int a = 0; a < 3; ++a) {
-        const MI up = hn::RebindMask(kI, axis_[a].up);
-        plane[a] = hn::Add(hn::And(cell_[a], keep), hn::IfThenElse(up, upper, lower));
-        t[a] = plane_t(axis_[a], plane[a]);
-      }
-      const VF leave = hn::Min(t[0], hn::Min(t[1], t[2]));
-      const VF next_t = hn::Max(leave, t_);
-      const MI stay = hn::RebindMask(kI, found);
-      const MI step = hn::Eq(keep, hn::Set(kI, -1));  // the other two axes stay as they are
-      const MI go = hn::RebindMask(kI, hn::AndNot(found, walking));
-      for (int a = 0; a < 3; ++a) {
-        const VI here = nearest_int(hn::MulAdd(axis_[a].direction, next_t, axis_[a].cell_origin));
-        const MI up = hn::RebindMask(kI, axis_[a].up);
-        const VI beyond = hn::IfThenElse(up, plane[a], hn::Sub(plane[a], one));
-        const MI through = hn::RebindMask(kI, hn::Eq(t[a], leave));
-        const VI next = hn::IfThenElse(through, beyond, hn::IfThenElse(step, cell_[a], here));
-        next_cell_[a] = hn::IfThenElse(stay, next, next_cell_[a]);
-        cell_[a] = hn::IfThenElse(go, next, cell_[a]);
-      }
-      next_t_ = hn::IfThenElse(found, next_t, next_t_);
-      t_ = hn::IfThenElse(hn::RebindMask(kF, go), next_t, t_);
-      candidates = hn::Or(candidates, found);
-      walking = hn::And(hn::AndNot(found, walking), hn::Lt(t_, end_));
-    }
-    return candidates;
   }
 
   // Looks for the first root in the cells where the active lanes stand.
@@ -500,6 +510,10 @@ class Walk {
   const Field& field_;
   const RayLanes& rays_;
   std::size_t first_;
+  MF active_;      // have not met the surface yet
+  MF walking_;     // of these, the ones on their way to the next cell
+  MF candidates_;  // and the ones that stand in it
+  MF met_lanes_, undecided_;
   Axis axis_[3];
   VF from_, end_;  // the walk's t is counted from `from_`
   VF t_, next_t_;
@@ -521,9 +535,25 @@ template <typename T, bool kWide>
 void walk_all(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes& hits,
               Found& found) {
   const std::size_t step = hn::Lanes(kF);
-  for (std::size_t first = 0; first < RayLanes::kCount; first += step) {
-    const std::uint32_t mine = lanes >> first & ((1u << step) - 1);
-    if (mine != 0) Walk<T, kWide>(field, rays, first).run(mine, hits, found);
+  const auto mine = [&](std::size_t first) { return lanes >> first & ((1u << step) - 1); };
+  // Two vectors at a time, in turn: while one waits for memory, the other computes.
+  for (std::size_t first = 0; first < RayLanes::kCount; first += 2 * step) {
+    if ((mine(first) | mine(first + step)) == 0) continue;
+    Walk<T, kWide> a(field, rays, first), b(field, rays, first + step);
+    a.begin(mine(first));
+    b.begin(mine(first + step));
+    while (true) {
+      const bool a_goes = a.set_out(), b_goes = b.set_out();
+      if (!a_goes && !b_goes) break;
+      while (a.is_walking() || b.is_walking()) {
+        a.step();
+        b.step();
+      }
+      a.look();
+      b.look();
+    }
+    a.end(hits, found);
+    b.end(hits, found);
   }
 }
 
