@@ -256,6 +256,14 @@ class Walk {
     }
   }
 
+  void go_alone() {
+    while (is_walking()) {
+      while (is_walking()) step();
+      look();
+      set_out();
+    }
+  }
+
   HWY_INLINE void end(HitLanes& hits, Found& found) {
     if (!hn::AllFalse(kF, hn::Or(met_lanes_, undecided_))) {
       finish(met_lanes_, undecided_, hits, found);
@@ -542,16 +550,24 @@ void walk_all(const Field& field, const RayLanes& rays, std::uint32_t lanes, Hit
     Walk<T, kWide> a(field, rays, first), b(field, rays, first + step);
     a.begin(mine(first));
     b.begin(mine(first + step));
-    while (true) {
-      const bool a_goes = a.set_out(), b_goes = b.set_out();
-      if (!a_goes && !b_goes) break;
-      while (a.is_walking() || b.is_walking()) {
+    bool a_goes = a.set_out(), b_goes = b.set_out();
+    while (a_goes && b_goes) {
+      // One that stands does not wait for the other: it looks and goes on.
+      while (a.is_walking() && b.is_walking()) {
         a.step();
         b.step();
       }
-      a.look();
-      b.look();
+      if (!a.is_walking()) {
+        a.look();
+        a_goes = a.set_out();
+      }
+      if (!b.is_walking()) {
+        b.look();
+        b_goes = b.set_out();
+      }
     }
+    a.go_alone();
+    b.go_alone();
     a.end(hits, found);
     b.end(hits, found);
   }
