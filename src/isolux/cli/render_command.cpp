@@ -15,6 +15,7 @@
 #include "isolux/io/provenance.h"
 #include "isolux/render/pictures.h"
 #include "isolux/render/ray_caster.h"
+#include "isolux/render/relight.h"
 #include "isolux/scene/document.h"
 #include "isolux/volume/statistics.h"
 
@@ -70,7 +71,6 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
       std::launch::async, [&] { return all_checksums(loaded.inputs, loaded.description.inputs); });
   const Scene& scene = loaded.scene;
   const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera, progress_bar(arguments));
-  const Radiance radiance = light(scene, buffer);
   warn_about_unseen(loaded, buffer);
 
   const std::vector<InputChecksums> found = checksums.get();
@@ -88,8 +88,8 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
   const bool is_srgb = scene.display.curve == Display::Curve::kSrgb;
   write_whole_file(output,
                    wants_exr(output)
-                       ? encode_exr(exr_layers(scene, buffer, radiance), metadata)
-                       : encode_png(displayed_picture(scene, buffer, radiance), metadata, is_srgb));
+                       ? encode_exr(exr_layers(scene, buffer, light(scene, buffer)), metadata)
+                       : encode_png(LitPicture().relight(scene, buffer), metadata, is_srgb));
 }
 
 int render_again(const Arguments& arguments, const std::string& output) {

@@ -1,29 +1,8 @@
 #include "isolux/render/pictures.h"
 
-#include <algorithm>
 #include <string>
 
-#include "isolux/base/parallel.h"
-
 namespace isolux {
-
-Picture displayed_picture(const Scene& scene, const SurfaceBuffer& buffer,
-                          const Radiance& radiance) {
-  Picture picture{buffer.width(), buffer.height(), {}};
-  picture.rgb.resize(3 * static_cast<std::size_t>(buffer.width()) *
-                     static_cast<std::size_t>(buffer.height()));
-  parallel_for(
-      static_cast<std::size_t>(buffer.height()), 16, [&](std::size_t begin, std::size_t end) {
-        auto out = picture.rgb.begin() + static_cast<std::ptrdiff_t>(3 * begin) * buffer.width();
-        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-          for (int x = 0; x < buffer.width(); ++x) {
-            const Rgb total = radiance.total.at(buffer.at(x, y));
-            out = std::ranges::copy(displayed(scene.display, total), out).out;
-          }
-        }
-      });
-  return picture;
-}
 
 Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radiance& radiance) {
   Layers layers{buffer.width(), buffer.height(), {}};

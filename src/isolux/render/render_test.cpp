@@ -7,6 +7,7 @@
 #include "isolux/render/explanation.h"
 #include "isolux/render/pictures.h"
 #include "isolux/render/ray_caster.h"
+#include "isolux/render/relight.h"
 #include "isolux/scene/document.h"
 #include "isolux/volume/phantom.h"
 
@@ -68,13 +69,17 @@ TEST(Render, an_explanation_has_the_numbers_of_the_picture) {
   const Scene scene = sphere_scene({{"light", {{{"kind", "point"}, {"at", {-30, -60, 57}}}}}});
   const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera);
   const Radiance radiance = light(scene, buffer);
-  const Picture picture = displayed_picture(scene, buffer, radiance);
+  LitPicture lit;
+  const Picture& picture = lit.relight(scene, buffer);
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) {
       const Explanation e = explain(scene, x, y);
       const std::size_t pixel = buffer.at(x, y);
       EXPECT_EQ(e.sample.is_hit(), buffer.sample(pixel).is_hit());
       EXPECT_EQ(e.radiance, radiance.total.at(pixel));
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(e.terms.total[c], e.radiance[c], e.sample.is_hit() ? 1e-5 : 1);
+      }
       EXPECT_EQ(e.shown[1], picture.rgb[static_cast<std::size_t>(3 * (32 * y + x) + 1)]);
     }
   }

@@ -70,6 +70,15 @@ class SurfaceBuffer {
     if (!is_hit(place)) return {};
     return {depth_mm[place], normal_x[place], normal_y[place], normal_z[place], surface[place]};
   }
+  /// `sample` must be a hit.
+  void set(std::size_t place, const SurfaceSample& sample) {
+    hits[place / kTilePixels] |= std::uint64_t{1} << place % kTilePixels;
+    depth_mm[place] = sample.depth_mm;
+    normal_x[place] = sample.normal_x;
+    normal_y[place] = sample.normal_y;
+    normal_z[place] = sample.normal_z;
+    surface[place] = sample.surface;
+  }
 
  private:
   int width_, height_, tiles_x_, tiles_y_;

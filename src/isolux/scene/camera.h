@@ -44,6 +44,7 @@ class Camera {
   /// All of them, not of unit length.
   RayFan fan() const;
 
+  Vec3 eye() const { return eye_; }
   bool is_orthographic() const { return orthographic_; }
   /// A pixel's edge in mm; for a perspective camera at 1 mm from the eye.
   double pixel_size() const { return 2 * half_height_ / height_; }
