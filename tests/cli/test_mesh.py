@@ -80,9 +80,10 @@ class Extraction(TestCase):
 
 
 class Meshes(TestCase):
-    def cube(self, name="cube.obj"):
-        """A cube from 0 to 1, outward, as an OBJ of quads."""
-        corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    def cube(self, name="cube.obj", x0=0, edge=1):
+        """A cube from (x0, 0, 0) on, outward, as an OBJ of quads."""
+        corners = [(x0 + x * edge, y * edge, z * edge)
+                   for z in (0, 1) for y in (0, 1) for x in (0, 1)]
         faces = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
         lines = ["v %d %d %d" % c for c in corners] + ["f %d %d %d %d" % f for f in faces]
         (self.folder / name).write_text("\n".join(lines) + "\n")
@@ -111,6 +112,61 @@ class Meshes(TestCase):
         self.refused("convert", "cube.obj", "a.nrrd", status=USAGE, about="is a mesh")
         self.refused("mesh", "cube.obj", "a.stl", "--iso", "1", status=USAGE, about="already")
         self.refused("info", "cube.obj", "--spacing", "1:1:1", status=USAGE, about="no input")
+
+    def test_a_mesh_and_a_volume_hide_each_other(self):
+        self.cube()
+        # A sphere of 16 mm about the origin hides a cube of 1 mm inside it, not one beside it.
+        small = {"size": "48x44"}
+
+        def seen(*inputs, **options):
+            picture = self.exr(*inputs, **small, **options)
+            return {picture.at("surface.id", x, y) for x, y in picture.pixels()} - {-1.0}
+
+        self.assertEqual(seen("phantom:sphere", "cube.obj", surface="iso=0.5"), {0.0})
+        self.assertEqual(seen("cube.obj"), {0.0})
+        self.cube("far.obj", x0=20, edge=10)
+        self.assertEqual(seen("phantom:sphere", "far.obj", surface="iso=0.5"), {0.0, 1.0})
+
+    def test_raster_and_rays_give_the_same_picture_of_a_mesh(self):
+        self.run_isolux("mesh", "phantom:head,size=48", "head.ply", "--iso", "300")
+        camera = {"size": "120x90", "light": "point,at=-300:-400:300"}
+        for view in ("front", "left", "view=top,projection=orthographic"):
+            where = view if "=" in view else "view=" + view
+            rays = self.png("head.ply", camera=where, **camera).rows
+            raster = self.png("head.ply", camera=where, visibility="raster", **camera).rows
+            self.assertGreater(len(set(map(bytes, rays))), 20, "the picture is empty")
+            differ = sum(a != b for p, q in zip(rays, raster) for a, b in zip(p, q))
+            self.assertLessEqual(differ, 0.001 * 3 * 120 * 90)
+
+    def test_raster_of_a_volume_says_that_it_draws_a_mesh(self):
+        done = self.run_isolux("render", "phantom:sphere", "-o", "a.png", "--size", "64x64",
+                               "--visibility", "raster")
+        self.assertIn("drawn as meshes", done.stderr)
+
+    def test_explain_tells_the_pixel_of_a_painted_mesh(self):
+        (self.folder / "m.mtl").write_text("newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0\n")
+        (self.folder / "two.obj").write_text(
+            "mtllib m.mtl\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nusemtl a\nf 1 2 3\n"
+            "usemtl b\nf 1 3 4\n")
+        light = {"light": "directional,to=0:-1:0", "size": "32x32"}
+        picture = self.exr("two.obj", **light)
+        reds = set()
+        for pixel in ((18, 17), (13, 11)):
+            told = self.explained("two.obj", pixel=pixel, **light)
+            self.assert_near([picture.at(c, *pixel) for c in "RGB"], told["total"], 1e-5)
+            reds.add(round(told["total"][0], 3))
+        self.assertEqual(len(reds), 2, "both triangles, each in its colour")
+        # kd of the file, since --surface does not name it; the quad faces the lamp.
+        changed = self.explained("two.obj", pixel=(18, 17), surface="input=1,ka=0:0:0,ks=0:0:0",
+                                 **light)
+        self.assertIn(changed["total"], ([1, 0, 0], [0, 1, 0]))
+
+    def test_again_makes_the_same_picture_of_a_mesh(self):
+        self.run_isolux("mesh", "phantom:head,size=32", "head.glb", "--iso", "300")
+        self.run_isolux("render", "head.glb", "-o", "a.png", "--size", "64x64", "--surface",
+                        "input=1,ks=0:0:0")
+        self.run_isolux("render", "--again", "a.png", "-o", "b.png")
+        self.assertEqual(*((self.folder / n).read_bytes() for n in ("a.png", "b.png")))
 
     def test_damaged_meshes_are_refused(self):
         for name, data in (("a.ply", b"ply\n"), ("b.stl", b"solid x\nendsolid x\n"),

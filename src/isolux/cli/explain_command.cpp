@@ -50,8 +50,9 @@ int run_explain(const Command&, const Arguments& arguments) {
   std::string surface_name;
   if (explanation.sample.is_hit()) {
     const auto& item = scene.surfaces[static_cast<std::size_t>(explanation.sample.surface)];
+    const std::string& name = loaded.description.inputs[item.input];
     surface_name =
-        "the isosurface of " + loaded.description.inputs[item.input] + " at " + to_text(item.iso);
+        item.mesh ? "the mesh " + name : "the isosurface of " + name + " at " + to_text(item.iso);
   }
   std::cout << explain_text(scene, explanation, surface_name);
   return 0;

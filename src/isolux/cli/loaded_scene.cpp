@@ -1,7 +1,9 @@
 #include "isolux/cli/loaded_scene.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 
 #include "isolux/base/error.h"
 #include "isolux/cli/terminal.h"
@@ -36,11 +38,18 @@ bool is_utf8(const std::string& text) {
   }
 }
 
-std::vector<std::shared_ptr<const Volume>> volumes_of(const std::vector<ReadResult>& inputs) {
-  std::vector<std::shared_ptr<const Volume>> volumes;
-  volumes.reserve(inputs.size());
-  for (const ReadResult& input : inputs) volumes.push_back(input.volume);
-  return volumes;
+std::vector<SceneInput> scene_inputs(const std::vector<ReadResult>& inputs) {
+  std::vector<SceneInput> loaded;
+  loaded.reserve(inputs.size());
+  for (const ReadResult& input : inputs) loaded.push_back({input.volume, input.mesh});
+  return loaded;
+}
+
+void tell_visibility(const Scene& scene) {
+  const auto is_volume = [](const SurfaceItem& item) { return item.volume != nullptr; };
+  if (scene.visibility == Visibility::kRaster && std::ranges::any_of(scene.surfaces, is_volume)) {
+    std::cerr << "isolux: --visibility raster: isosurfaces are drawn as meshes, not exactly\n";
+  }
 }
 
 }  // namespace
@@ -77,12 +86,12 @@ LoadedScene load_scene(const json& document, const std::string& what,
   if (!paths.empty()) at_paths.inputs = paths;
   loaded.inputs = read_inputs(at_paths, listener);
   for (std::size_t n = 0; n < loaded.inputs.size(); ++n) {
-    require_volume(loaded.inputs[n]);
     tell_notes(loaded.inputs[n]);
     if (paths.empty()) description.inputs[n] = loaded.inputs[n].name;
   }
   loaded.document["input"] = description.inputs;
-  loaded.scene = resolve(description, volumes_of(loaded.inputs));
+  loaded.scene = resolve(description, scene_inputs(loaded.inputs));
+  tell_visibility(loaded.scene);
   return loaded;
 }
 

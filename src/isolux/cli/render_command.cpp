@@ -41,9 +41,13 @@ void warn_about_unseen(const LoadedScene& loaded, const SurfaceBuffer& buffer) {
   }
   for (std::size_t n = 0; n < loaded.scene.surfaces.size(); ++n) {
     if (seen.contains(static_cast<std::int32_t>(n))) continue;
-    const IsoSurfaceItem& item = loaded.scene.surfaces[n];
-    const ValueStatistics values = value_statistics(*item.volume);
+    const SurfaceItem& item = loaded.scene.surfaces[n];
     std::string text = "surface " + std::to_string(n) + " is not in the picture";
+    if (item.mesh) {
+      warn(text);
+      continue;
+    }
+    const ValueStatistics values = value_statistics(*item.volume);
     if (item.iso < values.min || item.iso > values.max) {
       text += ": the values of " + loaded.description.inputs[item.input] + " go from " +
               to_text(values.min) + " to " + to_text(values.max) + ", and iso is " +

@@ -193,7 +193,7 @@ std::vector<ReadResult> read_inputs(const SceneDescription& description,
 void require_volume(const ReadResult& input) {
   if (input.volume) return;
   throw UsageError(input.name, "is a mesh, where a volume is wanted",
-                   "`isolux info` and `isolux mesh` take meshes");
+                   "`isolux render`, `info` and `mesh` take meshes");
 }
 
 }  // namespace isolux

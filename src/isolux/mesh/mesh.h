@@ -47,6 +47,13 @@ struct Mesh {
   std::vector<MeshPart> parts;  ///< all triangles, in order; none of them empty
 };
 
+/// A point of a mesh: (1 - u - v) a + u b + v c of a triangle's corners.
+struct MeshPoint {
+  std::uint32_t triangle = 0;
+  float u = 0;
+  float v = 0;
+};
+
 /// The three corners of a triangle, in mm.
 inline std::array<Vec3, 3> corners(const Mesh& mesh, const Mesh::Triangle& triangle) {
   return {as_double(mesh.positions[triangle[0]]), as_double(mesh.positions[triangle[1]]),

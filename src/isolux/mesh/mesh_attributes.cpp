@@ -9,8 +9,10 @@ namespace isolux {
 namespace {
 
 template <typename Get>
-auto blended(const Mesh::Triangle& triangle, double u, double v, const Get& get) {
-  return (1 - u - v) * get(triangle[0]) + u * get(triangle[1]) + v * get(triangle[2]);
+auto blended(const Mesh& mesh, const MeshPoint& point, const Get& get) {
+  const Mesh::Triangle& t = mesh.triangles[point.triangle];
+  const double u = point.u, v = point.v;
+  return (1 - u - v) * get(t[0]) + u * get(t[1]) + v * get(t[2]);
 }
 
 const MeshMaterial& material_of(const Mesh& mesh, std::uint32_t triangle) {
@@ -55,28 +57,26 @@ Rgb texture_at(const Picture& picture, double u, double v) {
 
 }  // namespace
 
-Vec3 shading_normal(const Mesh& mesh, std::uint32_t triangle, double u, double v) {
-  const Mesh::Triangle& t = mesh.triangles[triangle];
+Vec3 shading_normal(const Mesh& mesh, const MeshPoint& point) {
   if (!mesh.normals.empty()) {
     const Vec3 normal =
-        blended(t, u, v, [&](std::uint32_t n) { return as_double(mesh.normals[n]); });
+        blended(mesh, point, [&](std::uint32_t n) { return as_double(mesh.normals[n]); });
     if (normal != Vec3{}) return normalize(normal);
   }
-  const auto [a, b, c] = corners(mesh, t);
+  const auto [a, b, c] = corners(mesh, mesh.triangles[point.triangle]);
   const Vec3 normal = cross(b - a, c - a);
   return normal == Vec3{} ? normal : normalize(normal);
 }
 
-Material material_at(const Mesh& mesh, std::uint32_t triangle, double u, double v) {
-  const MeshMaterial& from = material_of(mesh, triangle);
-  const Mesh::Triangle& t = mesh.triangles[triangle];
+Material material_at(const Mesh& mesh, const MeshPoint& point) {
+  const MeshMaterial& from = material_of(mesh, point.triangle);
   Rgb color{1, 1, 1};
   if (!mesh.colors.empty()) {
-    const Vec3 c = blended(t, u, v, [&](std::uint32_t n) { return as_double(mesh.colors[n]); });
+    const Vec3 c = blended(mesh, point, [&](std::uint32_t n) { return as_double(mesh.colors[n]); });
     color = {c.x, c.y, c.z};
   }
   if (from.base_color && !mesh.texture_points.empty()) {
-    const Vec3 at = blended(t, u, v, [&](std::uint32_t n) {
+    const Vec3 at = blended(mesh, point, [&](std::uint32_t n) {
       return Vec3{mesh.texture_points[n].u, mesh.texture_points[n].v, 0};
     });
     color = color * texture_at(*from.base_color, at.x, at.y);
@@ -85,6 +85,13 @@ Material material_at(const Mesh& mesh, std::uint32_t triangle, double u, double 
   material.ka = color * material.ka;
   material.kd = color * material.kd;
   return material;
+}
+
+bool has_one_material(const Mesh& mesh) {
+  if (!mesh.colors.empty()) return false;
+  const std::uint32_t first = mesh.parts.at(0).material;
+  const auto is_first = [&](const MeshPart& part) { return part.material == first; };
+  return mesh.materials[first].base_color == nullptr && std::ranges::all_of(mesh.parts, is_first);
 }
 
 }  // namespace isolux

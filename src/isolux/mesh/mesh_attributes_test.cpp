@@ -20,18 +20,27 @@ Mesh two_triangles() {
 
 TEST(MeshAttributes, normals_are_blended_or_the_triangles_own) {
   Mesh mesh = two_triangles();
-  EXPECT_EQ(shading_normal(mesh, 0, 0.3, 0.3), (Vec3{0, 0, 1}));
+  EXPECT_EQ(shading_normal(mesh, {0, 0.3f, 0.3f}), (Vec3{0, 0, 1}));
   mesh.normals = {{0, 0, 1}, {1, 0, 0}, {0, 0, 1}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
-  const Vec3 half_way = shading_normal(mesh, 0, 0.5, 0);
+  const Vec3 half_way = shading_normal(mesh, {0, 0.5f, 0});
   EXPECT_NEAR(half_way.x, std::sqrt(0.5), 1e-15);
   EXPECT_NEAR(half_way.z, std::sqrt(0.5), 1e-15);
-  EXPECT_EQ(shading_normal(mesh, 1, 0.5, 0), (Vec3{0, 0, 1}));  // zeros say: its own
+  EXPECT_EQ(shading_normal(mesh, {1, 0.5f, 0}), (Vec3{0, 0, 1}));  // zeros say: its own
 }
 
 TEST(MeshAttributes, each_triangle_has_the_material_of_its_part) {
   const Mesh mesh = two_triangles();
-  EXPECT_EQ(material_at(mesh, 0, 0, 0).kd, (Rgb{0.5, 0.5, 0.5}));
-  EXPECT_EQ(material_at(mesh, 1, 0, 0).kd, Material{}.kd);
+  EXPECT_EQ(material_at(mesh, {0, 0, 0}).kd, (Rgb{0.5, 0.5, 0.5}));
+  EXPECT_EQ(material_at(mesh, {1, 0, 0}).kd, Material{}.kd);
+}
+
+TEST(MeshAttributes, a_mesh_of_one_plain_material_has_one_material) {
+  Mesh mesh = two_triangles();
+  EXPECT_FALSE(has_one_material(mesh));
+  mesh.parts = {{0, 2, 1}};
+  EXPECT_TRUE(has_one_material(mesh));
+  mesh.materials[1].base_color = std::make_shared<const Picture>();
+  EXPECT_FALSE(has_one_material(mesh));
 }
 
 TEST(MeshAttributes, colours_and_texture_multiply_ka_and_kd) {
@@ -41,11 +50,11 @@ TEST(MeshAttributes, colours_and_texture_multiply_ka_and_kd) {
   mesh.materials[1].base_color =
       std::make_shared<const Picture>(Picture{2, 1, {255, 255, 255, 0, 0, 0}});
   mesh.texture_points = {{0, 0}, {1, 0}, {0, 1}, {0, 0}, {0, 0}, {0, 0}};
-  EXPECT_EQ(material_at(mesh, 0, 0.25, 0.5).kd, (Rgb{0.5, 0.25, 0}));
-  EXPECT_EQ(material_at(mesh, 0, 0.75, 0.1).kd, (Rgb{0, 0, 0}));
-  EXPECT_NEAR(material_at(mesh, 0, 0.5, 0).kd.r, 0.25, 1e-12);  // half way between them
-  EXPECT_NEAR(material_at(mesh, 0, 0, 0).kd.r, 0.25, 1e-12);    // and where it repeats
-  EXPECT_EQ(material_at(mesh, 0, 0.25, 0).ks, Material{}.ks);
+  EXPECT_EQ(material_at(mesh, {0, 0.25f, 0.5f}).kd, (Rgb{0.5, 0.25, 0}));
+  EXPECT_EQ(material_at(mesh, {0, 0.75f, 0.1f}).kd, (Rgb{0, 0, 0}));
+  EXPECT_NEAR(material_at(mesh, {0, 0.5f, 0}).kd.r, 0.25, 1e-12);  // half way between them
+  EXPECT_NEAR(material_at(mesh, {0, 0, 0}).kd.r, 0.25, 1e-12);     // and where it repeats
+  EXPECT_EQ(material_at(mesh, {0, 0.25f, 0}).ks, Material{}.ks);
 }
 
 }  // namespace

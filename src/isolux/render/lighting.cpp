@@ -10,7 +10,8 @@ void RgbLayer::set(std::size_t pixel, Rgb value) {
 
 void light_sample(const Scene& scene, const Ray& eye_ray, const SurfaceSample& sample,
                   PixelTerms& terms) {
-  const Material& material = scene.surfaces[static_cast<std::size_t>(sample.surface)].material;
+  const Material material =
+      material_at(scene.surfaces[static_cast<std::size_t>(sample.surface)], sample.point);
   terms.point = {eye_ray.at(sample.depth_mm), sample.normal(), -eye_ray.direction};
   terms.ambient = ambient_term(material, scene.ambient);
   terms.lights.clear();

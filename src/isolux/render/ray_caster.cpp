@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
+#include <variant>
 
 #include "isolux/base/parallel.h"
+#include "isolux/mesh/extract_isosurface.h"
+#include "isolux/mesh/mesh_attributes.h"
+#include "isolux/render/mesh_view.h"
 #include "isolux/render/tile_bounds.h"
 
 namespace isolux {
@@ -23,6 +28,7 @@ struct PixelHits {
   double t[kLanes];
   float normal[3][kLanes];
   std::int32_t surface[kLanes];
+  MeshPoint point[kLanes];
 
   void add(const HitLanes& hits, std::int32_t number) {
     for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
@@ -33,46 +39,56 @@ struct PixelHits {
       turned = (turned & ~bit) | (hits.away & bit);
       t[n] = hits.t[n];
       surface[n] = number;
+      point[n] = {};
       for (int axis = 0; axis < 3; ++axis) {
         normal[axis][n] = hits.away & bit ? -hits.normal[axis][n] : hits.normal[axis][n];
       }
     }
   }
+
+  // A hit of lane n that is nearer than what it had.
+  void add(int n, std::int32_t number, const MeshHit& hit_there, Vec3 outward, bool away) {
+    const std::uint32_t bit = 1u << n;
+    hit |= bit;
+    turned = away ? turned | bit : turned & ~bit;
+    t[n] = hit_there.t;
+    surface[n] = number;
+    point[n] = {hit_there.triangle, static_cast<float>(hit_there.u),
+                static_cast<float>(hit_there.v)};
+    for (int axis = 0; axis < 3; ++axis) {
+      normal[axis][n] = static_cast<float>(away ? -outward[axis] : outward[axis]);
+    }
+  }
 };
 
+}  // namespace
+
 // What one camera sees of a caster's surfaces.
-class Eye {
+class RayCaster::Eye {
  public:
-  Eye(const std::vector<std::shared_ptr<const IsoLanes>>& surfaces, const Camera& camera)
+  Eye(const std::vector<Prepared>& surfaces, const Camera& camera)
       : width_(camera.width()), height_(camera.height()), world_(camera.fan()) {
-    for (const auto& lanes : surfaces) {
-      const IsoSurface& surface = lanes->surface();
-      views_.push_back({lanes.get(), carried(surface.index_from_world(), world_),
-                        TileBounds(lanes->skip(), surface.volume().world_from_index, camera,
-                                   SurfaceBuffer::kBlock)});
+    for (const Prepared& surface : surfaces) {
+      if (surface.lanes) {
+        views_.emplace_back(IsoView(*surface.lanes, world_, camera));
+      } else {
+        views_.emplace_back(surface.tree ? SeenMesh{surface.mesh, {surface.tree, camera}}
+                                         : SeenMesh{surface.mesh, {*surface.mesh, camera}});
+      }
     }
   }
 
   // The 8 x 4 pixels from (x0, y0): the upper or lower half of a tile.
   PixelHits trace(int x0, int y0) const {
     PixelHits nearest;
-    RayLanes rays;
-    HitLanes hits;
     const std::uint32_t inside = pixels_inside(x0, y0);
     for (std::size_t n = 0; n < views_.size(); ++n) {
-      const View& view = views_[n];
-      std::uint32_t lanes = 0;
-      for (int block = 0; block < 2 && x0 + 4 * block < width_; ++block) {
-        const std::size_t at = view.bounds.at(x0 + 4 * block, y0);
-        if (view.bounds.near[at] > view.bounds.far[at]) continue;
-        lanes |= 0xFFFFu << (16 * block);
-        std::fill_n(rays.begin + 16 * block, 16, view.bounds.near[at]);
-        std::fill_n(rays.end + 16 * block, 16, view.bounds.far[at]);
+      const auto number = static_cast<std::int32_t>(n);
+      if (const auto* iso = std::get_if<IsoView>(&views_[n])) {
+        trace_iso(*iso, number, x0, y0, inside, nearest);
+      } else {
+        trace_mesh(std::get<SeenMesh>(views_[n]), number, x0, y0, inside, nearest);
       }
-      if ((lanes & inside) == 0) continue;
-      set_rays(view.fan, x0, y0, rays);
-      view.lanes->first_hits(rays, lanes & inside, hits);
-      nearest.add(hits, static_cast<std::int32_t>(n));
     }
     for (std::uint32_t rest = nearest.hit; rest != 0; rest &= rest - 1) {
       finish(x0, y0, std::countr_zero(rest), nearest);
@@ -81,11 +97,54 @@ class Eye {
   }
 
  private:
-  struct View {
+  struct IsoView {
     const IsoLanes* lanes;
     RayFan fan;  // in the index space of the surface's volume
     TileBounds bounds;
+
+    IsoView(const IsoLanes& of, const RayFan& world, const Camera& camera)
+        : lanes(&of),
+          fan(carried(of.surface().index_from_world(), world)),
+          bounds(of.skip(), of.surface().volume().world_from_index, camera, SurfaceBuffer::kBlock) {
+    }
   };
+  struct SeenMesh {
+    std::shared_ptr<const Mesh> mesh;
+    MeshView view;
+  };
+
+  void trace_iso(const IsoView& view, std::int32_t number, int x0, int y0, std::uint32_t inside,
+                 PixelHits& nearest) const {
+    RayLanes rays;
+    HitLanes hits;
+    std::uint32_t lanes = 0;
+    for (int block = 0; block < 2 && x0 + 4 * block < width_; ++block) {
+      const std::size_t at = view.bounds.at(x0 + 4 * block, y0);
+      if (view.bounds.near[at] > view.bounds.far[at]) continue;
+      lanes |= 0xFFFFu << (16 * block);
+      std::fill_n(rays.begin + 16 * block, 16, view.bounds.near[at]);
+      std::fill_n(rays.end + 16 * block, 16, view.bounds.far[at]);
+    }
+    if ((lanes & inside) == 0) return;
+    set_rays(view.fan, x0, y0, rays);
+    view.lanes->first_hits(rays, lanes & inside, hits);
+    nearest.add(hits, number);
+  }
+
+  void trace_mesh(const SeenMesh& seen, std::int32_t number, int x0, int y0, std::uint32_t inside,
+                  PixelHits& nearest) const {
+    for (std::uint32_t rest = inside; rest != 0; rest &= rest - 1) {
+      const int n = std::countr_zero(rest);
+      const int x = x0 + lane_x(n), y = y0 + lane_y(n);
+      const double t_max =
+          nearest.hit >> n & 1 ? nearest.t[n] : std::numeric_limits<double>::infinity();
+      const auto hit = seen.view.hit(x, y, t_max);
+      if (!hit) continue;
+      const MeshPoint point{hit->triangle, static_cast<float>(hit->u), static_cast<float>(hit->v)};
+      const Vec3 outward = shading_normal(*seen.mesh, point);
+      nearest.add(n, number, *hit, outward, dot(outward, world_.direction.at(x, y)) > 0);
+    }
+  }
 
   static void set_rays(const RayFan& fan, int x0, int y0, RayLanes& rays) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -123,25 +182,43 @@ class Eye {
 
   int width_, height_;
   RayFan world_;
-  std::vector<View> views_;
+  std::vector<std::variant<IsoView, SeenMesh>> views_;
 };
 
-}  // namespace
+RayCaster::Prepared RayCaster::prepared(const SurfaceItem& item, Visibility visibility,
+                                        const RayCaster* previous) {
+  // Made once, by this caster or by the one before.
+  const auto kept = [&](auto RayCaster::*map, const auto& key, const auto& make) {
+    auto& value = (this->*map)[key];
+    if (!value && previous && (previous->*map).contains(key)) value = (previous->*map).at(key);
+    if (!value) value = make();
+    return value;
+  };
+  const VolumeAndIso key{item.volume, item.iso};
+  if (visibility == Visibility::kRaster) {
+    if (item.mesh) return {.lanes = nullptr, .mesh = item.mesh, .tree = nullptr};
+    const auto extracted = kept(&RayCaster::meshes_, key, [&] {
+      return std::make_shared<const Mesh>(extract_isosurface(*item.volume, item.iso));
+    });
+    return {.lanes = nullptr, .mesh = extracted, .tree = nullptr};
+  }
+  if (item.mesh) {
+    const auto tree = kept(&RayCaster::trees_, item.mesh,
+                           [&] { return std::make_shared<const MeshSurface>(item.mesh); });
+    return {.lanes = nullptr, .mesh = item.mesh, .tree = tree};
+  }
+  const auto bricks = kept(&RayCaster::bricks_, item.volume,
+                           [&] { return std::make_shared<const BrickGrid>(*item.volume); });
+  const auto lanes = kept(&RayCaster::lanes_, key, [&] {
+    return std::make_shared<const IsoLanes>(IsoSurface(item.volume, bricks, item.iso), *bricks);
+  });
+  return {.lanes = lanes, .mesh = nullptr, .tree = nullptr};
+}
 
 RayCaster::RayCaster(const Scene& scene, const RayCaster* previous) {
-  for (const IsoSurfaceItem& item : scene.surfaces) {
-    auto& bricks = bricks_[item.volume];
-    if (!bricks && previous && previous->bricks_.contains(item.volume)) {
-      bricks = previous->bricks_.at(item.volume);
-    }
-    if (!bricks) bricks = std::make_shared<const BrickGrid>(*item.volume);
-    const VolumeAndIso key{item.volume, item.iso};
-    auto& lanes = lanes_[key];
-    if (!lanes && previous && previous->lanes_.contains(key)) lanes = previous->lanes_.at(key);
-    if (!lanes) {
-      lanes = std::make_shared<const IsoLanes>(IsoSurface(item.volume, bricks, item.iso), *bricks);
-    }
-    surfaces_.push_back(lanes);
+  for (const SurfaceItem& item : scene.surfaces) {
+    surfaces_.push_back(prepared(item, scene.visibility, previous));
+    has_painted_ |= item.is_painted;
   }
 }
 
@@ -154,6 +231,7 @@ SurfaceBuffer RayCaster::cast(const Camera& camera, const ProgressListener& list
 void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
                      const ProgressListener& listener) const {
   const Eye eye(surfaces_, camera);
+  buffer.points.resize(has_painted_ ? buffer.pixels() : 0);
   const auto tiles_x = static_cast<std::size_t>(buffer.tiles_x());
   Progress progress(listener, "tracing", static_cast<std::size_t>(buffer.tiles_y()));
   const auto trace_row = [&](std::size_t row) {
@@ -172,6 +250,7 @@ void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
         std::copy_n(hits.normal[1], kLanes, buffer.normal_y.data() + at);
         std::copy_n(hits.normal[2], kLanes, buffer.normal_z.data() + at);
         std::copy_n(hits.surface, kLanes, buffer.surface.data() + at);
+        if (has_painted_) std::copy_n(hits.point, kLanes, buffer.points.data() + at);
       }
     }
   };
@@ -187,7 +266,8 @@ PixelHit RayCaster::cast_pixel(const Camera& camera, int x, int y) const {
   const PixelHits hits = eye.trace(x & ~7, y & ~3);
   const int n = (x & 4) * 4 + (y & 3) * 4 + (x & 3);
   if (!(hits.hit >> n & 1)) return {};
-  return {{hits.t[n], hits.normal[0][n], hits.normal[1][n], hits.normal[2][n], hits.surface[n]},
+  return {{hits.t[n], hits.normal[0][n], hits.normal[1][n], hits.normal[2][n], hits.surface[n],
+           hits.point[n]},
           (hits.turned >> n & 1) != 0};
 }
 

@@ -7,6 +7,7 @@
 
 #include "isolux/base/progress.h"
 #include "isolux/intersect/iso_lanes.h"
+#include "isolux/intersect/mesh_surface.h"
 #include "isolux/render/surface_buffer.h"
 #include "isolux/scene/scene.h"
 
@@ -18,8 +19,9 @@ struct PixelHit {
   bool turned = false;  ///< whether the normal had to be turned towards the eye
 };
 
-/// Visibility by ray casting. Holds what rays need: min-max bricks, one set for each volume, and
-/// skip structures, one for each volume and iso value.
+/// Visibility, by casting rays or by rasterisation, as the scene says. Holds what rays need:
+/// min-max bricks, one set for each volume; skip structures, one for each volume and iso value;
+/// Embree's trees, one for each mesh; or, to rasterise, the meshes of isosurfaces.
 class RayCaster {
  public:
   /// Builds what `previous` does not have; neither argument is kept.
@@ -37,10 +39,22 @@ class RayCaster {
 
  private:
   using VolumeAndIso = std::pair<std::shared_ptr<const Volume>, double>;
+  /// One of Scene::surfaces, made ready: lanes; or a mesh, with its tree where rays are cast.
+  struct Prepared {
+    std::shared_ptr<const IsoLanes> lanes;
+    std::shared_ptr<const Mesh> mesh;
+    std::shared_ptr<const MeshSurface> tree;
+  };
+  class Eye;
+
+  Prepared prepared(const SurfaceItem& item, Visibility visibility, const RayCaster* previous);
 
   std::map<std::shared_ptr<const Volume>, std::shared_ptr<const BrickGrid>> bricks_;
   std::map<VolumeAndIso, std::shared_ptr<const IsoLanes>> lanes_;
-  std::vector<std::shared_ptr<const IsoLanes>> surfaces_;  ///< as in Scene::surfaces
+  std::map<VolumeAndIso, std::shared_ptr<const Mesh>> meshes_;
+  std::map<std::shared_ptr<const Mesh>, std::shared_ptr<const MeshSurface>> trees_;
+  std::vector<Prepared> surfaces_;  ///< as in Scene::surfaces
+  bool has_painted_ = false;
 };
 
 }  // namespace isolux

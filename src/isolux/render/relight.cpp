@@ -48,7 +48,7 @@ std::uint32_t shown(const DisplayTable& table, Rgb radiance) {
 namespace relighting {
 
 Inputs::Inputs(const Scene& s, const SurfaceBuffer& b) : scene(&s), buffer(&b) {
-  for (const IsoSurfaceItem& item : s.surfaces) {
+  for (const SurfaceItem& item : s.surfaces) {
     Surface& surface = surfaces.emplace_back();
     set(surface.ambient, ambient_term(item.material, s.ambient));
     set(surface.kd, item.material.kd);
@@ -74,11 +74,18 @@ Inputs::Inputs(const Scene& s, const SurfaceBuffer& b) : scene(&s), buffer(&b) {
   set(direction[2], fan.direction.along_y);
 }
 
-void light_plainly(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
+namespace {
+
+// Lights the pixels of tiles [begin, end) whose surface `wanted` says.
+template <typename Wanted>
+void light_each(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out,
+                const Wanted& wanted) {
   PixelTerms terms;
   each_pixel(*in.buffer, begin, end, [&](std::size_t place, int x, int y) {
     const SurfaceSample sample = in.buffer->sample(place);
-    if (!sample.is_hit()) return;
+    if (!sample.is_hit() || !wanted(in.scene->surfaces[static_cast<std::size_t>(sample.surface)])) {
+      return;
+    }
     light_sample(*in.scene, in.scene->camera->ray(in.first_x + x, in.first_y + y), sample, terms);
     out.total->set(place, terms.total);
     if (!out.ambient) return;
@@ -86,6 +93,16 @@ void light_plainly(const Inputs& in, std::size_t begin, std::size_t end, const O
     out.diffuse->set(place, terms.diffuse);
     out.specular->set(place, terms.specular);
   });
+}
+
+}  // namespace
+
+void light_painted(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
+  light_each(in, begin, end, out, [](const SurfaceItem& item) { return item.is_painted; });
+}
+
+void light_plainly(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
+  light_each(in, begin, end, out, [](const SurfaceItem&) { return true; });
   if (out.picture) show_plainly(in, begin, end, out);
 }
 
@@ -139,6 +156,9 @@ Radiance light(const Scene& scene, const SurfaceBuffer& buffer) {
 Rgb light_pixel(const Scene& scene, const SurfaceSample& sample, int x, int y) {
   SurfaceBuffer buffer(SurfaceBuffer::kTile, SurfaceBuffer::kTile);
   const std::size_t place = buffer.at(x % SurfaceBuffer::kTile, y % SurfaceBuffer::kTile);
+  if (scene.surfaces[static_cast<std::size_t>(sample.surface)].is_painted) {
+    buffer.points.resize(buffer.pixels());
+  }
   buffer.set(place, sample);
   RgbLayer total(buffer.pixels());
   Inputs in(scene, buffer);

@@ -60,6 +60,9 @@ void light(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& 
 /// Draws them from the total.
 void show(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out);
 
+/// Lights, pixel by pixel in doubles, those that show a painted mesh.
+void light_painted(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out);
+
 /// The same pixel by pixel in doubles: the oracle, and what machines without SSE4 use.
 void light_plainly(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out);
 void show_plainly(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out);

@@ -246,7 +246,16 @@ HWY_EXPORT(light_tiles);
 HWY_EXPORT(show_tiles);
 
 void light(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
-  HWY_DYNAMIC_DISPATCH(light_tiles)(in, begin, end, out);
+  if (in.buffer->points.empty()) {
+    HWY_DYNAMIC_DISPATCH(light_tiles)(in, begin, end, out);
+    return;
+  }
+  Outputs undrawn = out;
+  undrawn.picture = nullptr;
+  undrawn.drawn = nullptr;
+  HWY_DYNAMIC_DISPATCH(light_tiles)(in, begin, end, undrawn);
+  light_painted(in, begin, end, undrawn);
+  if (out.picture) show(in, begin, end, out);
 }
 
 void show(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {

@@ -23,7 +23,7 @@ Scene sphere_scene(const json& settings) {
   document.update(settings);
   SceneDescription description = describe(document, "scene");
   description.inputs = {"phantom:sphere"};
-  return resolve(description, {std::make_shared<Volume>(sphere_phantom())});
+  return resolve(description, {{std::make_shared<Volume>(sphere_phantom())}});
 }
 
 void expect_never(const SurfaceBuffer& buffer, std::int32_t surface) {

@@ -6,15 +6,19 @@ namespace isolux {
 namespace {
 
 bool same_surfaces(const Scene& a, const Scene& b) {
-  return std::ranges::equal(a.surfaces, b.surfaces, [](const auto& one, const auto& other) {
-    return one.volume == other.volume && one.iso == other.iso;
-  });
+  return std::ranges::equal(a.surfaces, b.surfaces,
+                            [](const auto& one, const auto& other) {
+                              return one.volume == other.volume && one.iso == other.iso &&
+                                     one.mesh == other.mesh;
+                            }) &&
+         a.visibility == b.visibility;
 }
 
 bool same_light(const Scene& a, const Scene& b) {
   return a.lights == b.lights && a.ambient == b.ambient && a.background == b.background &&
-         std::ranges::equal(a.surfaces, b.surfaces, {}, &IsoSurfaceItem::material,
-                            &IsoSurfaceItem::material);
+         std::ranges::equal(a.surfaces, b.surfaces, [](const auto& one, const auto& other) {
+           return one.material == other.material && one.change == other.change;
+         });
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ class SessionTest : public testing::Test {
   Scene scene() const {
     SceneDescription description = describe(document_, "scene");
     description.inputs = {"phantom:sphere"};
-    return resolve(description, {volume_});
+    return resolve(description, {{volume_}});
   }
 
   // What was rerun for the scene as it is now, after the picture was checked against one that is

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "isolux/base/vec3.h"
+#include "isolux/mesh/mesh.h"
 
 namespace isolux {
 
@@ -18,6 +19,7 @@ struct SurfaceSample {
   float normal_y = 0;
   float normal_z = 0;
   std::int32_t surface = kNothing;  ///< place in Scene::surfaces
+  MeshPoint point = {};             ///< where on it; kept for painted meshes alone
 
   bool is_hit() const { return surface != kNothing; }
   Vec3 normal() const { return {normal_x, normal_y, normal_z}; }
@@ -68,7 +70,8 @@ class SurfaceBuffer {
 
   SurfaceSample sample(std::size_t place) const {
     if (!is_hit(place)) return {};
-    return {depth_mm[place], normal_x[place], normal_y[place], normal_z[place], surface[place]};
+    return {depth_mm[place], normal_x[place], normal_y[place],
+            normal_z[place], surface[place],  points.empty() ? MeshPoint{} : points[place]};
   }
   /// `sample` must be a hit.
   void set(std::size_t place, const SurfaceSample& sample) {
@@ -78,6 +81,7 @@ class SurfaceBuffer {
     normal_y[place] = sample.normal_y;
     normal_z[place] = sample.normal_z;
     surface[place] = sample.surface;
+    if (!points.empty()) points[place] = sample.point;
   }
 
  private:
@@ -88,6 +92,7 @@ class SurfaceBuffer {
   std::vector<double> depth_mm;
   std::vector<float> normal_x, normal_y, normal_z;
   std::vector<std::int32_t> surface;
+  std::vector<MeshPoint> points;  ///< empty where the scene has no painted mesh
 };
 
 }  // namespace isolux

@@ -33,16 +33,18 @@ std::optional<double> optional_number(const json& record, const char* key) {
   return record[key].get<double>();
 }
 
-SurfaceDescription describe_surface(const json& record, const std::string& what) {
-  if (!record.contains("iso")) {
-    throw UsageError(what, "has no iso value", "give iso=V; `isolux info` suggests values");
-  }
-  SurfaceDescription surface;
-  surface.iso = record["iso"].get<double>();
-  surface.input = optional_whole(record, "input");
-  surface.material = {color_of(record["ka"]), color_of(record["kd"]), color_of(record["ks"]),
-                      record["shininess"].get<double>()};
-  return surface;
+std::optional<Rgb> optional_color(const json& record, const char* key) {
+  if (!record.contains(key)) return std::nullopt;
+  return color_of(record[key]);
+}
+
+SurfaceDescription describe_surface(const json& record) {
+  return {.iso = optional_number(record, "iso"),
+          .input = optional_whole(record, "input"),
+          .change = {.ka = optional_color(record, "ka"),
+                     .kd = optional_color(record, "kd"),
+                     .ks = optional_color(record, "ks"),
+                     .shininess = optional_number(record, "shininess")}};
 }
 
 void refuse(const json& record, const char* key, const std::string& what, const char* why,
@@ -137,6 +139,14 @@ void for_each_item(const json& document, const json& complete, const char* key,
 
 }  // namespace
 
+Material MaterialChange::applied(Material to) const {
+  to.ka = ka.value_or(to.ka);
+  to.kd = kd.value_or(to.kd);
+  to.ks = ks.value_or(to.ks);
+  to.shininess = shininess.value_or(to.shininess);
+  return to;
+}
+
 SceneDescription describe(const json& document, const std::string& what) {
   check_document(document, what);
   const json complete = with_defaults(document);
@@ -149,8 +159,8 @@ SceneDescription describe(const json& document, const std::string& what) {
   if (complete.contains("series")) scene.grid.series = complete["series"].get<std::string>();
   scene.width = complete["size"][0].get<int>();
   scene.height = complete["size"][1].get<int>();
-  for_each_item(document, complete, "surface", [&](const json&, const json& item, const auto& at) {
-    scene.surfaces.push_back(describe_surface(item, at));
+  for_each_item(document, complete, "surface", [&](const json&, const json& item, const auto&) {
+    scene.surfaces.push_back(describe_surface(item));
   });
   for_each_item(document, complete, "light",
                 [&](const json& given, const json& item, const auto& at) {
@@ -159,6 +169,7 @@ SceneDescription describe(const json& document, const std::string& what) {
   if (complete.contains("ambient")) scene.ambient = color_of(complete["ambient"]);
   scene.camera = describe_camera(complete.contains("camera") ? complete["camera"] : json::object(),
                                  "--camera");
+  if (complete["visibility"] == "raster") scene.visibility = Visibility::kRaster;
   scene.display.curve = complete["display"] == "raw" ? Display::Curve::kRaw : Display::Curve::kSrgb;
   scene.display.exposure = complete["exposure"].get<double>();
   scene.background = color_of(complete["background"]);

@@ -13,11 +13,23 @@
 
 namespace isolux {
 
-struct SurfaceDescription {
-  double iso = 0;
-  std::optional<int> input;  ///< counted from 1; nothing: the first volume
-  Material material;
+/// Coefficients that take the place of others.
+struct MaterialChange {
+  std::optional<Rgb> ka = {}, kd = {}, ks = {};
+  std::optional<double> shininess = {};
+
+  Material applied(Material to) const;
+  bool operator==(const MaterialChange&) const = default;
 };
+
+struct SurfaceDescription {
+  std::optional<double> iso;  ///< nothing: it is a mesh
+  std::optional<int> input;   ///< counted from 1; nothing: the first volume
+  MaterialChange change;      ///< for an isosurface: everything
+};
+
+/// How the surface in a pixel is found.
+enum class Visibility { kRaycast, kRaster };
 
 struct LightDescription {
   bool is_point = false;
@@ -58,6 +70,7 @@ struct SceneDescription {
   std::vector<LightDescription> lights;
   std::optional<Rgb> ambient;
   CameraDescription camera;
+  Visibility visibility = Visibility::kRaycast;
   Display display;
   Rgb background;
 };

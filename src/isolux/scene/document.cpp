@@ -17,7 +17,11 @@ void fill_defaults(const std::vector<Option>& options, json& values) {
     if (option.type == ValueType::kRecord && values.contains(option.name)) {
       json& given = values[option.name];
       if (option.repeatable) {
-        for (json& item : given) fill_defaults(option.fields, item);
+        for (json& item : given) {
+          // A mesh has coefficients of its own, which the defaults must not replace.
+          const bool is_mesh = option.name == "surface" && !item.contains("iso");
+          if (!is_mesh) fill_defaults(option.fields, item);
+        }
       } else {
         fill_defaults(option.fields, given);
       }

@@ -50,7 +50,9 @@ Option input_number(const char* sentence) {
 Option surface_option() {
   return {.name = "surface",
           .type = kRecord,
-          .sentence = "draw the isosurface of a volume at a value",
+          .sentence =
+              "draw the isosurface of a volume at a value; without iso: a mesh with other "
+              "coefficients than its file's",
           .repeatable = true,
           .fields = {
               {.name = "iso",
@@ -214,9 +216,10 @@ std::vector<Option> make_scene_options() {
                    "prints, or its UID (default: the largest)"},
       later(choice("shadows", "whether surfaces cast shadows", {"on", "off"}, "off"),
             "shadows are not in this version", "off"),
-      later(choice("visibility", "how the surface in a pixel is found", {"raycast", "raster"},
-                   "raycast"),
-            "rasterisation is not in this version", "raycast"),
+      choice("visibility",
+             "how the surface in a pixel is found; raster draws an isosurface as the mesh that "
+             "`isolux mesh` makes of it",
+             {"raycast", "raster"}, "raycast"),
       later({.name = "mirror-depth",
              .type = kWhole,
              .sentence = "reflections of reflections",
