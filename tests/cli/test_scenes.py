@@ -307,6 +307,7 @@ class NoSilentSwitch(BlobCase):
         "light.attach": {"light": "point,at=30:-60:20,attach=camera"},
         "light.falloff": {"light": "point,at=30:-60:20,falloff=inverse-square"},
         "ambient": {"ambient": "0.5:1:1"},
+        "visibility": {"visibility": "raster"},
         "camera": {"camera": "eye=60:-50:41,target=8:7:6"},
         "camera.view": {"camera": "view=left"},
         "camera.eye": {"camera": "eye=60:-51:40,target=8:7:6"},
@@ -338,7 +339,7 @@ class NoSilentSwitch(BlobCase):
     REFUSED = {
         "surface.kr": {"surface": "iso=0,kr=0.5:0.5:0.5"},
         "surface.opacity": {"surface": "iso=0,opacity=0.5"},
-        "shadows": {"shadows": "on"}, "visibility": {"visibility": "raster"},
+        "shadows": {"shadows": "on"},
         "mirror-depth": {"mirror-depth": 2}, "indirect": {"indirect": "path"},
         "bounces": {"bounces": 1}, "spp": {"spp": 4}, "seed": {"seed": 1},
         "transfer": {"transfer": "ct-head"}, "clip": {"clip": "at=0:0:0,normal=0:0:1"},

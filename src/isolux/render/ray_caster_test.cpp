@@ -45,10 +45,10 @@ TEST_P(RayCasterTest, every_pixel_is_what_the_plain_walker_finds) {
   document["camera"] = GetParam();
   SceneDescription description = describe(document, "scene");
   description.inputs = {"phantom:head"};
-  const Scene scene = resolve(description, {head()});
+  const Scene scene = resolve(description, {{head()}});
   const auto bricks = std::make_shared<const BrickGrid>(*scene.surfaces[0].volume);
   std::vector<IsoSurface> oracle;
-  for (const IsoSurfaceItem& item : scene.surfaces) {
+  for (const SurfaceItem& item : scene.surfaces) {
     oracle.emplace_back(item.volume, bricks, item.iso);
   }
   const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera);

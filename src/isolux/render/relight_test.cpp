@@ -29,7 +29,7 @@ Scene scene_of(const json& settings) {
   document.update(settings);
   SceneDescription description = describe(document, "scene");
   description.inputs = {"phantom:sphere"};
-  return resolve(description, {std::make_shared<Volume>(sphere_phantom())});
+  return resolve(description, {{std::make_shared<Volume>(sphere_phantom())}});
 }
 
 void expect_as_light_sample(const Scene& scene) {
