@@ -112,7 +112,7 @@ class Decoder {
 };
 
 template <typename Voxel>
-std::vector<Voxel> mixed_layers(const std::vector<Voxel>& slices, const std::vector<Layer>& layers,
+std::vector<Voxel> mixed_layers(const Voxels<Voxel>& slices, const std::vector<Layer>& layers,
                                 std::size_t layer_voxels) {
   std::vector<Voxel> voxels(layers.size() * layer_voxels);
   parallel_for(layers.size(), 1, [&](std::size_t k, std::size_t) {
@@ -143,11 +143,9 @@ VoxelArray read_dicom_slices(const ReadRequest& request, const std::vector<Dicom
 VoxelArray mixed(const std::string& name, const VoxelArray& slices, std::size_t slice_count,
                  const std::vector<Layer>& layers) {
   return std::visit(
-      [&]<typename Voxel>(const std::vector<Voxel>& voxels) -> VoxelArray {
+      [&]<typename Voxel>(const Voxels<Voxel>& voxels) -> VoxelArray {
         const std::size_t layer_voxels = voxels.size() / slice_count;
-        check_memory(
-            static_cast<double>((slice_count + layers.size()) * layer_voxels) * sizeof(Voxel),
-            name);
+        check_memory(static_cast<double>(layers.size() * layer_voxels) * sizeof(Voxel), name);
         return mixed_layers(voxels, layers, layer_voxels);
       },
       slices);

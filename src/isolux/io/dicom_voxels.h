@@ -17,7 +17,7 @@ struct DicomSlice {
 };
 
 /// Reads slices of one size, on all cores, each straight into its layer. The voxels take the
-/// narrowest type that holds every value, as voxels_from (stored_voxels.h) has it: a stored type
+/// narrowest type that holds every value, as voxels_read (stored_voxels.h) has it: a stored type
 /// that needs no rescaling is kept, whole numbers stay whole. Notes where floats round.
 /// @throws WorkError  as read_dicom_frames, or where memory is short.
 VoxelArray read_dicom_slices(const ReadRequest& request, const std::vector<DicomFile>& files,

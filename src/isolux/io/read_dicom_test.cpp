@@ -55,8 +55,8 @@ TEST(ReadSharedDicom, a_ct_head_is_the_same_as_its_nrrd_upside_down) {
   EXPECT_EQ(volume.units, "");  // its RescaleType is US: unspecified
   const ReadResult nrrd = read(shared_data("headsq/quarter.nhdr"));
   ASSERT_EQ(nrrd.volume->dims, volume.dims);
-  const auto& up = std::get<std::vector<std::int16_t>>(volume.voxels);
-  const auto& down = std::get<std::vector<std::int16_t>>(nrrd.volume->voxels);
+  const auto& up = std::get<Voxels<std::int16_t>>(volume.voxels);
+  const auto& down = std::get<Voxels<std::int16_t>>(nrrd.volume->voxels);
   const std::size_t layer = 64 * 64;
   for (std::size_t k = 0; k < 93; ++k) {
     ASSERT_TRUE(std::equal(&up[k * layer], &up[k * layer] + layer, &down[(92 - k) * layer])) << k;
@@ -90,8 +90,8 @@ TEST_F(ReadDicom, a_missing_slice_is_filled_between_its_neighbours) {
   EXPECT_TRUE(says(result, "slices are missing: gaps of 3 mm"));
   ASSERT_EQ(result.volume->dims, whole.dims);
   EXPECT_EQ(result.volume->world_from_index, whole.world_from_index);
-  const auto& filled = std::get<std::vector<std::int16_t>>(result.volume->voxels);
-  const auto& voxels = std::get<std::vector<std::int16_t>>(whole.voxels);
+  const auto& filled = std::get<Voxels<std::int16_t>>(result.volume->voxels);
+  const auto& voxels = std::get<Voxels<std::int16_t>>(whole.voxels);
   const std::size_t layer = 64 * 64;
   int differing = 0;
   for (std::size_t k = 0; k < 93; ++k) {
@@ -139,7 +139,7 @@ TEST_F(ReadOneDicom, every_transfer_syntax_gives_the_same_voxels) {
   ISOLUX_NEEDS("dicom/single");
   const ReadResult plain = read_alone("MR_small.dcm");
   ASSERT_EQ(plain.volume->dims, (std::array<int, 3>{64, 64, 1}));
-  const auto& voxels = std::get<std::vector<std::int16_t>>(plain.volume->voxels);
+  const auto& voxels = std::get<Voxels<std::int16_t>>(plain.volume->voxels);
   EXPECT_EQ(voxels[0], 905);  // as od shows the bytes at 1500
   for (const char* name :
        {"MR_small_implicit.dcm", "MR_small_bigendian.dcm", "MR_small_RLE.dcm",
@@ -154,7 +154,7 @@ TEST_F(ReadOneDicom, ct_is_in_hounsfield_units_with_or_without_a_header) {
   ISOLUX_NEEDS("dicom/single");
   const ReadResult result = read_alone("CT_small.dcm");
   EXPECT_EQ(result.volume->units, "HU");
-  const auto& voxels = std::get<std::vector<std::int16_t>>(result.volume->voxels);
+  const auto& voxels = std::get<Voxels<std::int16_t>>(result.volume->voxels);
   EXPECT_EQ(voxels[0], 175 - 1024);  // stored 175, intercept -1024
   expect_near(spacing_mm(*result.volume), {0.661468, 0.661468, 5});
   EXPECT_TRUE(says(result, "-3024 pads"));  // stored -2000
@@ -171,7 +171,7 @@ TEST_F(ReadOneDicom, odd_images_open_with_a_word_on_what_is_odd) {
   const ReadResult segmentation = read_alone("liver_1frame.dcm");
   EXPECT_EQ(segmentation.volume->dims, (std::array<int, 3>{512, 512, 1}));
   expect_near(segmentation.volume->world_from_index.offset, {-235.2, -226.8, -128.69});
-  const auto& inside = std::get<std::vector<std::uint8_t>>(segmentation.volume->voxels);
+  const auto& inside = std::get<Voxels<std::uint8_t>>(segmentation.volume->voxels);
   EXPECT_GT(std::ranges::count(inside, 1), 0);
   EXPECT_EQ(std::ranges::count(inside, 0) + std::ranges::count(inside, 1), 512 * 512);
   EXPECT_TRUE(says(segmentation, "1 inside (1 Liver)"));

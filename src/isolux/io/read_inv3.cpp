@@ -1,6 +1,7 @@
 #include <archive.h>
 #include <archive_entry.h>
 
+#include <bit>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -134,32 +135,33 @@ Project parse_project(const std::string& path, const std::string& entry_name,
   return project;
 }
 
-VoxelArray empty_voxels(const std::string& path, const std::string& dtype) {
-  if (dtype == "int16") return std::vector<std::int16_t>{};
-  if (dtype == "uint16") return std::vector<std::uint16_t>{};
-  if (dtype == "uint8") return std::vector<std::uint8_t>{};
-  if (dtype == "float32") return std::vector<float>{};
-  throw damaged(path, "voxel type '" + dtype + "' is not known");
+StoredType stored_type(const std::string& path, const std::string& dtype) {
+  static const std::map<std::string, StoredType> types = {{"int16", StoredType::kI16},
+                                                          {"uint16", StoredType::kU16},
+                                                          {"uint8", StoredType::kU8},
+                                                          {"float32", StoredType::kF32}};
+  const auto found = types.find(dtype);
+  if (found == types.end()) throw damaged(path, "voxel type '" + dtype + "' is not known");
+  return found->second;
 }
 
 VoxelArray read_matrix(const std::string& path, Archive& archive, const Project& project,
                        const ProgressListener& listener) {
-  VoxelArray voxels = empty_voxels(path, project.dtype);
-  std::visit(
-      [&](auto& array) {
-        const double bytes = static_cast<double>(project.dims[0]) * project.dims[1] *
-                             project.dims[2] * static_cast<double>(sizeof(array[0]));
-        if (archive.size() != bytes) {
-          throw damaged(path, "its matrix holds " + to_text(archive.size()) + " bytes, not the " +
-                                  to_text(bytes) + " of its shape");
-        }
-        check_promise(path, bytes, static_cast<double>(std::filesystem::file_size(path)), "gzip");
-        array.resize(static_cast<std::size_t>(bytes) / sizeof(array[0]));
-        archive.read(reinterpret_cast<char*>(array.data()), static_cast<std::size_t>(bytes),
-                     listener);
+  const StoredType type = stored_type(path, project.dtype);
+  const double count = static_cast<double>(project.dims[0]) * project.dims[1] * project.dims[2];
+  const double bytes = count * static_cast<double>(bytes_of(type));
+  if (archive.size() != bytes) {
+    throw damaged(path, "its matrix holds " + to_text(archive.size()) + " bytes, not the " +
+                            to_text(bytes) + " of its shape");
+  }
+  check_promise(path, bytes, static_cast<double>(std::filesystem::file_size(path)), "gzip");
+  std::vector<std::string> notes;  // none: nothing is converted
+  return voxels_read(
+      path, type, static_cast<std::size_t>(count), std::endian::native == std::endian::big, {},
+      [&]() -> ReadNext {
+        return [&](char* to, std::size_t wanted) { archive.read(to, wanted, listener); };
       },
-      voxels);
-  return voxels;
+      notes);
 }
 
 bool is_main_plist(const std::string& name) {

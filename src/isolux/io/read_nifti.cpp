@@ -174,10 +174,8 @@ VoxelArray read_voxels(const ReadRequest& request, const StoredBytes& file,
     result.notes.push_back("the file is cut short: its last volumes are missing");
   }
 
-  const std::vector<Stretch> stretch = {{file, skip, bytes}};
-  check_large_stretches(stretch);
-  return voxels_filled(header.type, count, header.swapped, header.rescale, result.notes,
-                       [&](char* to) { read_stretches(stretch, to, request.listener); });
+  return voxels_of_stretches(request, header.type, header.swapped, header.rescale,
+                             {{file, skip, bytes}}, result.notes);
 }
 
 ReadResult read(const ReadRequest& request) {

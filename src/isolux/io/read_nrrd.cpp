@@ -242,13 +242,18 @@ ReadResult read(const ReadRequest& request) {
     const std::uint64_t bytes = count * bytes_of(*type);
     const std::vector<Stretch> list =
         part_of(stretches(request.name, header, bytes * volumes), chosen * bytes, bytes);
-    check_large_stretches(list);
-    volume->voxels =
-        voxels_filled(*type, count, header.big_endian != kThisMachineIsBig, {}, result.notes,
-                      [&](char* to) { read_stretches(list, to, request.listener); });
+    volume->voxels = voxels_of_stretches(request, *type, header.big_endian != kThisMachineIsBig, {},
+                                         list, result.notes);
   } else {
     const char* data = static_cast<const char*>(nrrd->data) + chosen * count * bytes_of(*type);
-    volume->voxels = voxels_from(*type, data, count, {}, result.notes);
+    const auto from_the_first = [&]() -> ReadNext {
+      return [next = data](char* to, std::size_t bytes) mutable {
+        std::copy_n(next, bytes, to);
+        next += bytes;
+      };
+    };
+    volume->voxels =
+        voxels_read(request.name, *type, count, false, {}, from_the_first, result.notes);
   }
   result.volume = volume;
   return result;

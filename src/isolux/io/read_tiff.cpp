@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "isolux/base/error.h"
+#include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
 #include "isolux/io/format.h"
 #include "isolux/io/natural_order.h"
@@ -147,11 +148,11 @@ void read_page(TIFF& tiff, const std::string& path, const PageLayout& layout, ch
   }
 }
 
-// Rec. 709 luma of interleaved 8-bit colours, in place at the front; drops alpha.
+// One value for each pixel: grey without its alpha, or Rec. 709 luma of 8-bit colours.
 void keep_one_value(const PageLayout& layout, std::vector<char>& bytes) {
   const std::size_t width = bytes_of(layout.type);
   const std::size_t pixels = bytes.size() / (width * layout.samples);
-  for (std::size_t n = 0; n < pixels; ++n) {
+  for (std::size_t n = 0; n < pixels && layout.samples > 1; ++n) {
     const char* at = bytes.data() + n * width * layout.samples;
     if (layout.samples == 2) {
       std::memmove(bytes.data() + n * width, at, width);
@@ -165,6 +166,49 @@ void keep_one_value(const PageLayout& layout, std::vector<char>& bytes) {
   }
   bytes.resize(pixels * width);
 }
+
+// The values of all pages, one behind the other; one page is kept at a time.
+class PageReader {
+ public:
+  PageReader(const std::vector<std::string>& files, const PageLayout& layout)
+      : files_(files), layout_(layout) {}
+
+  void read(char* to, std::size_t count) {
+    while (count > 0) {
+      if (at_ == page_.size()) next_page();
+      const std::size_t taken = std::min(count, page_.size() - at_);
+      std::memcpy(to, page_.data() + at_, taken);
+      to += taken;
+      at_ += taken;
+      count -= taken;
+    }
+  }
+
+ private:
+  void next_page() {
+    if (tiff_ && !TIFFReadDirectory(tiff_.get())) tiff_.reset();
+    if (!tiff_ && file_ == files_.size()) throw changed(files_.back());
+    if (!tiff_) tiff_ = open(files_[file_++]);
+    const std::string& path = files_[file_ - 1];
+    // The file may have changed on disk since its pages were counted.
+    if (!(page_layout(*tiff_, path) == layout_)) throw changed(path);
+    page_.resize(static_cast<std::size_t>(layout_.bytes()));
+    read_page(*tiff_, path, layout_, page_.data());
+    keep_one_value(layout_, page_);
+    at_ = 0;
+  }
+
+  static WorkError changed(const std::string& path) {
+    return damaged(path, "it changed while it was read");
+  }
+
+  const std::vector<std::string>& files_;
+  PageLayout layout_;
+  TiffPointer tiff_{nullptr, TIFFClose};
+  std::size_t file_ = 0;  // the next to open
+  std::vector<char> page_;
+  std::size_t at_ = 0;
+};
 
 // Reads the pages of all files into one stack of slices.
 ReadResult read_stack(const ReadRequest& request, const std::vector<std::string>& files) {
@@ -185,34 +229,22 @@ ReadResult read_stack(const ReadRequest& request, const std::vector<std::string>
     } while (TIFFReadDirectory(tiff.get()));
   }
   check_promise(request.name, layout->bytes() * pages, file_bytes, "deflate");
-  const auto all_bytes = static_cast<std::size_t>(layout->bytes() * pages);
-  const auto read_pages = [&](char* to) {
-    Progress progress(request.listener, "reading", static_cast<std::size_t>(pages));
-    const char* const end = to + all_bytes;
-    for (const std::string& file : files) {
-      const TiffPointer tiff = open(file);
-      do {
-        // The file may have changed on disk since its pages were counted.
-        if (to == end || !(page_layout(*tiff, file) == *layout)) {
-          throw damaged(file, "it changed while it was read");
-        }
-        read_page(*tiff, file, *layout, to);
-        to += static_cast<std::size_t>(layout->bytes());
-        progress.advance();
-      } while (TIFFReadDirectory(tiff.get()));
-    }
-  };
+  check_memory(layout->bytes(), request.name);
   auto volume = std::make_shared<Volume>();
   volume->dims = {static_cast<int>(layout->width), static_cast<int>(layout->height),
                   static_cast<int>(pages)};
-  const std::size_t count = all_bytes / (bytes_of(layout->type) * layout->samples);
-  if (layout->samples == 1) {
-    volume->voxels = voxels_filled(layout->type, count, false, {}, result.notes, read_pages);
-  } else {
-    std::vector<char> bytes(all_bytes);
-    read_pages(bytes.data());
-    keep_one_value(*layout, bytes);
-    volume->voxels = voxels_from(layout->type, bytes.data(), count, {}, result.notes);
+  const auto count = static_cast<std::size_t>(pages) * layout->width * layout->height;
+  Progress progress(request.listener, "reading", count * bytes_of(layout->type));
+  const auto from_the_first = [&]() -> ReadNext {
+    const auto reader = std::make_shared<PageReader>(files, *layout);
+    return [&, reader](char* to, std::size_t bytes) {
+      reader->read(to, bytes);
+      progress.advance(bytes);
+    };
+  };
+  volume->voxels =
+      voxels_read(request.name, layout->type, count, false, {}, from_the_first, result.notes);
+  if (layout->samples > 1) {
     result.notes.push_back(layout->samples == 2 ? "its alpha channel is left out"
                                                 : "its colours were made grey (Rec. 709 luma)");
   }

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "isolux/io/reader.h"
+#include "isolux/io/stored_bytes.h"
 #include "isolux/volume/volume.h"
 
 namespace isolux {
@@ -21,25 +23,32 @@ struct Rescale {
   bool operator==(const Rescale&) const = default;
 };
 
-/// Copies `count` stored numbers (in this machine's byte order, not necessarily aligned) into the
-/// narrowest of Volume's voxel types that holds every rescaled value exactly; 32-bit floats where
-/// none of the whole-number types does. Says in `notes` where floats round.
-VoxelArray voxels_from(StoredType type, const void* stored, std::size_t count,
-                       const Rescale& rescale, std::vector<std::string>& notes);
+/// Writes the next `bytes` of stored numbers to where it is told.
+using ReadNext = std::function<void(char* to, std::size_t bytes)>;
 
-/// As voxels_from, for `count` numbers that `fill` writes to where it is told: straight into their
-/// place in the result where they need no conversion. `swapped`: they come in the other byte order.
-VoxelArray voxels_filled(StoredType type, std::size_t count, bool swapped, const Rescale& rescale,
-                         std::vector<std::string>& notes,
-                         const std::function<void(char* bytes)>& fill);
+/// Turns `count` stored numbers into the narrowest of Volume's voxel types that holds every
+/// rescaled value exactly; 32-bit floats where none of the whole-number types does. Says in `notes`
+/// where floats round. Numbers that need no conversion are read straight into their place; of
+/// others nothing larger than a buffer is kept beside the voxels. For that they may be read several
+/// times: each call of `from_the_first` begins again.
+/// @param swapped  they come in the other byte order than this machine's.
+/// @throws WorkError  about `name`, where the voxels exceed the memory limit; and as ReadNext does.
+VoxelArray voxels_read(const std::string& name, StoredType type, std::size_t count, bool swapped,
+                       const Rescale& rescale, const std::function<ReadNext()>& from_the_first,
+                       std::vector<std::string>& notes);
+
+/// As voxels_read, from bytes in files. Where there is nothing to convert, one stretch holds all
+/// and it is large (docs/decisions/0010-mapped-voxels.md), they are mapped from the file instead.
+VoxelArray voxels_of_stretches(const ReadRequest& request, StoredType type, bool swapped,
+                               const Rescale& rescale, const std::vector<Stretch>& stretches,
+                               std::vector<std::string>& notes);
 
 /// Swaps the bytes of each of `count` numbers.
 void swap_bytes(StoredType type, void* stored, std::size_t count);
 
 /// @throws WorkError  where `promised` bytes of voxels cannot come from `available` bytes of a file
-/// in the given encoding ("raw", "gzip", ...), unpack to over 1 GB and 200 times their size though
-/// no memory limit was set, or do not fit this machine's memory. Called before anything is
-/// allocated; `name` is the file.
+/// in the given encoding ("raw", "gzip", ...), or unpack to over 1 GB and 200 times their size
+/// though no memory limit was set. Called before anything is allocated; `name` is the file.
 void check_promise(const std::string& name, double promised, double available,
                    const std::string& encoding);
 
