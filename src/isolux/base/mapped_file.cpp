@@ -12,6 +12,7 @@
 #include <mutex>
 
 #include "isolux/base/error.h"
+#include "isolux/base/temporary_path.h"
 
 namespace isolux {
 namespace {
@@ -35,6 +36,7 @@ void on_bus_error(int, siginfo_t* info, void*) {
     const char* const end = one->end;
     if (end == nullptr || at < one->begin || at >= end) continue;
     [[maybe_unused]] const ssize_t told = ::write(2, one->line.data(), one->line.size());
+    remove_temporary_paths();
     ::_exit(1);
   }
   ::sigaction(SIGBUS, &earlier_action, nullptr);  // none of ours: it comes again, to that one
