@@ -1,5 +1,6 @@
 #include "isolux/io/dicom_voxels.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <map>
@@ -138,6 +139,19 @@ VoxelArray read_dicom_slices(const ReadRequest& request, const std::vector<Dicom
   VoxelArray voxels = Decoder(request, files, slices).decode(rounds);
   if (rounds) notes.push_back("its values are rounded to 32-bit floats");
   return voxels;
+}
+
+double dicom_bytes_per_voxel_most(const std::vector<DicomFile>& files,
+                                  const std::vector<DicomSlice>& slices) {
+  double most = 1;
+  for (const DicomSlice& slice : slices) {
+    const PixelPacking& packing = files[slice.file].packing;
+    const DicomFrame& frame = files[slice.file].frame(slice.frame);
+    const bool is_kept = frame.slope == 1 && frame.intercept == 0 && packing.bits_allocated <= 16;
+    const bool is_byte = packing.bits_allocated <= 8 && !packing.is_signed;
+    most = std::max(most, is_kept ? (is_byte ? 1.0 : 2.0) : 4.0);
+  }
+  return most;
 }
 
 VoxelArray mixed(const std::string& name, const VoxelArray& slices, std::size_t slice_count,

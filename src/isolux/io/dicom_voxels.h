@@ -24,6 +24,10 @@ VoxelArray read_dicom_slices(const ReadRequest& request, const std::vector<Dicom
                              const std::vector<DicomSlice>& slices,
                              std::vector<std::string>& notes);
 
+/// The most bytes that a voxel of read_dicom_slices takes.
+double dicom_bytes_per_voxel_most(const std::vector<DicomFile>& files,
+                                  const std::vector<DicomSlice>& slices);
+
 /// The layers of a grid from the voxels of `slice_count` slices; whole numbers are rounded.
 /// @throws WorkError  about `name`, where memory is short.
 VoxelArray mixed(const std::string& name, const VoxelArray& slices, std::size_t slice_count,

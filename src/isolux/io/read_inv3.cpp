@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <pugixml.hpp>
 
 #include "isolux/base/error.h"
@@ -44,11 +43,13 @@ class Archive {
   /// Goes to the next entry; false at the end.
   bool next() {
     const int status = archive_read_next_header(archive_, &entry_);
+    if (status == ARCHIVE_EOF) entry_ = nullptr;
     if (status == ARCHIVE_EOF) return false;
     if (status != ARCHIVE_OK && status != ARCHIVE_WARN) throw damaged(path_, message());
     return true;
   }
 
+  bool has_entry() const { return entry_ != nullptr; }
   std::string name() const {
     const char* name = archive_entry_pathname(entry_);
     return name ? name : "";
@@ -145,25 +146,6 @@ StoredType stored_type(const std::string& path, const std::string& dtype) {
   return found->second;
 }
 
-VoxelArray read_matrix(const std::string& path, Archive& archive, const Project& project,
-                       const ProgressListener& listener) {
-  const StoredType type = stored_type(path, project.dtype);
-  const double count = static_cast<double>(project.dims[0]) * project.dims[1] * project.dims[2];
-  const double bytes = count * static_cast<double>(bytes_of(type));
-  if (archive.size() != bytes) {
-    throw damaged(path, "its matrix holds " + to_text(archive.size()) + " bytes, not the " +
-                            to_text(bytes) + " of its shape");
-  }
-  check_promise(path, bytes, static_cast<double>(std::filesystem::file_size(path)), "gzip");
-  std::vector<std::string> notes;  // none: nothing is converted
-  return voxels_read(
-      path, type, static_cast<std::size_t>(count), std::endian::native == std::endian::big, {},
-      [&]() -> ReadNext {
-        return [&](char* to, std::size_t wanted) { archive.read(to, wanted, listener); };
-      },
-      notes);
-}
-
 bool is_main_plist(const std::string& name) {
   return name == "main.plist" || name.ends_with("/main.plist");
 }
@@ -182,45 +164,71 @@ bool recognises(const ReadRequest& request, std::string_view first_bytes) {
   return false;
 }
 
-ReadResult read(const ReadRequest& request) {
+Project find_project(const std::string& path) {
+  Archive archive(path);
+  while (archive.next()) {
+    if (!is_main_plist(archive.name())) continue;
+    if (archive.size() > kLargestPlist) throw damaged(path, "its main.plist is too large");
+    std::string plist(static_cast<std::size_t>(archive.size()), '\0');
+    archive.read(plist.data(), plist.size(), {});
+    return parse_project(path, archive.name(), plist);
+  }
+  throw damaged(path, "it holds no main.plist");
+}
+
+double voxel_count(const Project& project) {
+  return static_cast<double>(project.dims[0]) * project.dims[1] * project.dims[2];
+}
+
+VoxelArray read_matrix(const ReadRequest& request, const Project& project, StoredType type,
+                       std::vector<std::string>& notes) {
   const std::string& path = request.name;
-  std::optional<Project> project;
-  auto volume = std::make_shared<Volume>();
-  bool found = false;
-  // The matrix may stand before main.plist, which tells its name: then a second pass finds it.
-  for (int pass = 0; pass < 2 && !found; ++pass) {
-    Archive archive(path);
-    while (!found && archive.next()) {
-      if (!project && is_main_plist(archive.name())) {
-        if (archive.size() > kLargestPlist) throw damaged(path, "its main.plist is too large");
-        std::string plist(static_cast<std::size_t>(archive.size()), '\0');
-        archive.read(plist.data(), plist.size(), {});
-        project = parse_project(path, archive.name(), plist);
-      } else if (project && archive.name() == project->folder + project->matrix_name) {
-        volume->voxels = read_matrix(path, archive, *project, request.listener);
-        found = true;
-      }
-    }
-    if (!project) throw damaged(path, "it holds no main.plist");
+  const double bytes = voxel_count(project) * static_cast<double>(bytes_of(type));
+  Archive archive(path);
+  while (archive.next() && archive.name() != project.folder + project.matrix_name) {
   }
-  if (!found) throw damaged(path, "it holds no '" + project->matrix_name + "'");
-  volume->dims = project->dims;
+  if (!archive.has_entry()) throw damaged(path, "it holds no '" + project.matrix_name + "'");
+  if (archive.size() != bytes) {
+    throw damaged(path, "its matrix holds " + to_text(archive.size()) + " bytes, not the " +
+                            to_text(bytes) + " of its shape");
+  }
+  // Nothing is converted, so it is read once.
+  const auto from_the_first = [&]() -> ReadNext {
+    return [&](char* to, std::size_t count) { archive.read(to, count, request.listener); };
+  };
+  return voxels_read(path, type, static_cast<std::size_t>(voxel_count(project)),
+                     std::endian::native == std::endian::big, {}, from_the_first, notes);
+}
+
+OpenedInput open(const ReadRequest& request) {
+  const Project project = find_project(request.name);
+  const StoredType type = stored_type(request.name, project.dtype);
+  check_promise(request.name, voxel_count(project) * static_cast<double>(bytes_of(type)),
+                static_cast<double>(std::filesystem::file_size(request.name)), "gzip");
+  OpenedInput opened;
+  opened.volume.dims = project.dims;
   // The matrix is stored axial whatever the scan was: i to the patient's left, j to anterior, k up.
-  volume->world_from_index.linear =
-      diagonal({project->spacing.x, -project->spacing.y, project->spacing.z});
-  volume->modality = project->modality;
-  if (project->modality == "CT") volume->units = "HU";
-  ReadResult result{volume, path, "InVesalius project", {path}, {}};
-  if (project->orientation != 1) {
-    result.notes.push_back(project->orientation == 2
-                               ? "the scan was coronal; its matrix is axial"
-                               : "the scan was sagittal; its matrix is axial");
+  opened.volume.world_from_index.linear =
+      diagonal({project.spacing.x, -project.spacing.y, project.spacing.z});
+  opened.volume.modality = project.modality;
+  if (project.modality == "CT") opened.volume.units = "HU";
+  opened.result.format = "InVesalius project";
+  opened.result.files = {request.name};
+  if (project.orientation != 1) {
+    opened.result.notes.push_back(project.orientation == 2
+                                      ? "the scan was coronal; its matrix is axial"
+                                      : "the scan was sagittal; its matrix is axial");
   }
-  return result;
+  opened.stored_type = name_of(type);
+  opened.bytes_per_voxel_most = bytes_per_voxel_most(type, {});
+  opened.read_voxels = [=](std::vector<std::string>& notes) {
+    return read_matrix(request, project, type, notes);
+  };
+  return opened;
 }
 
 }  // namespace
 
-Format inv3_format() { return {recognises, read}; }
+Format inv3_format() { return {recognises, open}; }
 
 }  // namespace isolux

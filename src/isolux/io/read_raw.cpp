@@ -42,7 +42,7 @@ std::string raw_guess(std::uintmax_t bytes) {
   return {};
 }
 
-ReadResult read_raw(const ReadRequest& request) {
+OpenedInput open_raw(const ReadRequest& request) {
   if (!request.grid.dims || !request.grid.type) {
     throw UsageError(request.grid.dims ? "--dims" : "--type", "alone does not describe a raw file",
                      "give both --dims and --type");
@@ -62,16 +62,18 @@ ReadResult read_raw(const ReadRequest& request) {
     throw WorkError(request.name, why, "check --dims and --type");
   }
 
-  auto volume = std::make_shared<Volume>();
-  volume->dims = dims;
-  volume->world_from_index.linear = diagonal(request.grid.spacing_mm.value_or(Vec3{1, 1, 1}));
-  ReadResult result{volume, request.name, "raw", {request.name}, {}};
-  if (!request.grid.spacing_mm) result.notes.push_back("no --spacing given: 1 mm along each axis");
+  OpenedInput opened;
+  opened.volume.dims = dims;
+  opened.volume.world_from_index.linear = diagonal(request.grid.spacing_mm.value_or(Vec3{1, 1, 1}));
+  opened.result.format = "raw";
+  opened.result.files = {request.name};
+  if (!request.grid.spacing_mm) {
+    opened.result.notes.push_back("no --spacing given: 1 mm along each axis");
+  }
   constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
-  const auto bytes = static_cast<std::uint64_t>(wanted);
-  volume->voxels = voxels_of_stretches(request, type.stored, type.big_endian != kThisMachineIsBig,
-                                       {}, {{{request.name}, 0, bytes}}, result.notes);
-  return result;
+  plan_voxels(opened, request, type.stored, type.big_endian != kThisMachineIsBig, {},
+              {{{request.name}, 0, static_cast<std::uint64_t>(wanted)}});
+  return opened;
 }
 
 }  // namespace isolux

@@ -60,7 +60,7 @@ std::optional<StoredType> stored_type(std::uint16_t bits, std::uint16_t format) 
   }
 }
 
-TiffPointer open(const std::string& path) {
+TiffPointer open_tiff(const std::string& path) {
   TIFFSetErrorHandler(nullptr);  // what goes wrong is told by exceptions
   TIFFSetWarningHandler(nullptr);
   TiffPointer tiff(TIFFOpen(path.c_str(), "rm"), TIFFClose);
@@ -188,7 +188,7 @@ class PageReader {
   void next_page() {
     if (tiff_ && !TIFFReadDirectory(tiff_.get())) tiff_.reset();
     if (!tiff_ && file_ == files_.size()) throw changed(files_.back());
-    if (!tiff_) tiff_ = open(files_[file_++]);
+    if (!tiff_) tiff_ = open_tiff(files_[file_++]);
     const std::string& path = files_[file_ - 1];
     // The file may have changed on disk since its pages were counted.
     if (!(page_layout(*tiff_, path) == layout_)) throw changed(path);
@@ -210,57 +210,61 @@ class PageReader {
   std::size_t at_ = 0;
 };
 
-// Reads the pages of all files into one stack of slices.
-ReadResult read_stack(const ReadRequest& request, const std::vector<std::string>& files) {
-  ReadResult result{nullptr, request.name, "TIFF", files, {}};
-  std::optional<PageLayout> layout;
+OpenedInput open_stack(const ReadRequest& request, const std::vector<std::string>& files) {
+  OpenedInput opened;
+  opened.result.format = "TIFF";
+  opened.result.files = files;
+  std::optional<PageLayout> found;
   double pages = 0, file_bytes = 0;
   for (const std::string& file : files) {
-    const TiffPointer tiff = open(file);
+    const TiffPointer tiff = open_tiff(file);
     file_bytes += static_cast<double>(fs::file_size(file));
     do {
       const PageLayout page = page_layout(*tiff, file);
-      if (layout && !(page == *layout)) {
+      if (found && !(page == *found)) {
         throw WorkError(file, "has pages of different sizes or types", "make them alike first");
       }
-      layout = page;
+      found = page;
       ++pages;
       if (pages > 1 << 20) throw damaged(file, "it has more than a million pages");
     } while (TIFFReadDirectory(tiff.get()));
   }
-  check_promise(request.name, layout->bytes() * pages, file_bytes, "deflate");
-  check_memory(layout->bytes(), request.name);
-  auto volume = std::make_shared<Volume>();
-  volume->dims = {static_cast<int>(layout->width), static_cast<int>(layout->height),
-                  static_cast<int>(pages)};
-  const auto count = static_cast<std::size_t>(pages) * layout->width * layout->height;
-  Progress progress(request.listener, "reading", count * bytes_of(layout->type));
-  const auto from_the_first = [&]() -> ReadNext {
-    const auto reader = std::make_shared<PageReader>(files, *layout);
-    return [&, reader](char* to, std::size_t bytes) {
-      reader->read(to, bytes);
-      progress.advance(bytes);
+  const PageLayout layout = *found;
+  check_promise(request.name, layout.bytes() * pages, file_bytes, "deflate");
+  check_memory(layout.bytes(), request.name);
+  opened.volume.dims = {static_cast<int>(layout.width), static_cast<int>(layout.height),
+                        static_cast<int>(pages)};
+  opened.stored_type = name_of(layout.type);
+  opened.bytes_per_voxel_most = bytes_per_voxel_most(layout.type, {});
+  const auto count = static_cast<std::size_t>(pages) * layout.width * layout.height;
+  opened.read_voxels = [=](std::vector<std::string>& notes) {
+    Progress progress(request.listener, "reading", count * bytes_of(layout.type));
+    const auto from_the_first = [&]() -> ReadNext {
+      const auto reader = std::make_shared<PageReader>(files, layout);
+      return [&, reader](char* to, std::size_t bytes) {
+        reader->read(to, bytes);
+        progress.advance(bytes);
+      };
     };
+    return voxels_read(request.name, layout.type, count, false, {}, from_the_first, notes);
   };
-  volume->voxels =
-      voxels_read(request.name, layout->type, count, false, {}, from_the_first, result.notes);
-  if (layout->samples > 1) {
-    result.notes.push_back(layout->samples == 2 ? "its alpha channel is left out"
-                                                : "its colours were made grey (Rec. 709 luma)");
+  std::vector<std::string>& notes = opened.result.notes;
+  if (layout.samples > 1) {
+    notes.push_back(layout.samples == 2 ? "its alpha channel is left out"
+                                        : "its colours were made grey (Rec. 709 luma)");
   }
-  if (layout->photometric == PHOTOMETRIC_PALETTE) {
-    result.notes.push_back("a picture with a palette: its values are the numbers of the colours");
+  if (layout.photometric == PHOTOMETRIC_PALETTE) {
+    notes.push_back("a picture with a palette: its values are the numbers of the colours");
   }
-  if (layout->photometric == PHOTOMETRIC_MINISWHITE) {
-    result.notes.push_back("its greatest value means black; values are kept as stored");
+  if (layout.photometric == PHOTOMETRIC_MINISWHITE) {
+    notes.push_back("its greatest value means black; values are kept as stored");
   }
   if (!request.grid.spacing_mm) {
-    result.notes.push_back(
+    notes.push_back(
         "TIFF does not tell distances in the patient: 1 mm along each axis, or "
         "give --spacing");
   }
-  result.volume = volume;
-  return result;
+  return opened;
 }
 
 bool recognises(const ReadRequest&, std::string_view first_bytes) {
@@ -271,17 +275,18 @@ bool recognises(const ReadRequest&, std::string_view first_bytes) {
   return false;
 }
 
-ReadResult read(const ReadRequest& request) { return read_stack(request, {request.name}); }
+OpenedInput open(const ReadRequest& request) { return open_stack(request, {request.name}); }
 
 }  // namespace
 
-Format tiff_format() { return {recognises, read}; }
+Format tiff_format() { return {recognises, open}; }
 
-ReadResult read_tiff_folder(const ReadRequest& request, std::vector<std::string> files) {
+OpenedInput open_tiff_folder(const ReadRequest& request, std::vector<std::string> files) {
   std::ranges::sort(files, comes_before);
-  ReadResult result = read_stack(request, files);
-  result.notes.push_back(std::to_string(files.size()) + " files, in natural order of their names");
-  return result;
+  OpenedInput opened = open_stack(request, files);
+  opened.result.notes.push_back(std::to_string(files.size()) +
+                                " files, in natural order of their names");
+  return opened;
 }
 
 }  // namespace isolux

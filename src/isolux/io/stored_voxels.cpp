@@ -9,39 +9,12 @@
 #include <type_traits>
 
 #include "isolux/base/error.h"
+#include "isolux/base/mapped_file.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
 
 namespace isolux {
 namespace {
-
-// Calls `use` with a value of the C++ type that a StoredType stands for.
-template <typename Use>
-decltype(auto) with_type(StoredType type, Use&& use) {
-  switch (type) {
-    case StoredType::kI8:
-      return use(std::int8_t{});
-    case StoredType::kU8:
-      return use(std::uint8_t{});
-    case StoredType::kI16:
-      return use(std::int16_t{});
-    case StoredType::kU16:
-      return use(std::uint16_t{});
-    case StoredType::kI32:
-      return use(std::int32_t{});
-    case StoredType::kU32:
-      return use(std::uint32_t{});
-    case StoredType::kI64:
-      return use(std::int64_t{});
-    case StoredType::kU64:
-      return use(std::uint64_t{});
-    case StoredType::kF32:
-      return use(float{});
-    case StoredType::kF64:
-      break;
-  }
-  return use(double{});
-}
 
 template <typename Stored>
 inline constexpr bool kIsVoxelType =
@@ -115,17 +88,32 @@ VoxelArray narrowest(const Task& task, std::vector<std::string>& notes) {
   return *converted<float, Stored>(task, notes);
 }
 
-// The voxels as they lie in their file, where they can be mapped.
-template <typename Voxel>
-std::optional<VoxelArray> mapped(const std::vector<Stretch>& stretches) {
+// Whether there is nothing to convert.
+bool is_as_voxels_are(StoredType type, const Rescale& rescale) {
+  return rescale == Rescale{} &&
+         with_type(type, []<typename Stored>(Stored) { return kIsVoxelType<Stored>; });
+}
+
+bool can_be_mapped(StoredType type, const std::vector<Stretch>& stretches) {
   constexpr std::uint64_t kLarge = 64 << 20;  // docs/decisions/0010-mapped-voxels.md
-  if (stretches.size() != 1 || stretches[0].bytes < kLarge) return std::nullopt;
+  if (stretches.size() != 1 || stretches[0].bytes < kLarge) return false;
   const StoredBytes& file = stretches[0].file;
-  const std::uint64_t offset = file.offset + stretches[0].skip;
-  if (file.deflated || file.bzip2 || offset % sizeof(Voxel) != 0) return std::nullopt;
-  const auto bytes = std::make_shared<const MappedFile>(file.path);
-  if (offset > bytes->size() || stretches[0].bytes > bytes->size() - offset) return std::nullopt;
-  return Voxels<Voxel>(bytes, offset, stretches[0].bytes / sizeof(Voxel));
+  return !file.deflated && !file.bzip2 && (file.offset + stretches[0].skip) % bytes_of(type) == 0;
+}
+
+VoxelArray mapped(StoredType type, const Stretch& stretch) {
+  const auto file = std::make_shared<const MappedFile>(stretch.file.path);
+  const std::uint64_t offset = stretch.file.offset + stretch.skip;
+  if (offset > file->size() || stretch.bytes > file->size() - offset) {
+    throw WorkError(stretch.file.path, "was cut short since its header was read",
+                    "leave a file alone until isolux is done with it");
+  }
+  return with_type(type, [&]<typename Stored>(Stored) -> VoxelArray {
+    if constexpr (kIsVoxelType<Stored>) {
+      return Voxels<Stored>(file, offset, stretch.bytes / sizeof(Stored));
+    }
+    return {};  // never mapped
+  });
 }
 
 // One swap for each width, which the compiler turns into the processor's own.
@@ -138,6 +126,18 @@ void swap_numbers(char* bytes, std::size_t count) {
 
 std::size_t bytes_of(StoredType type) {
   return with_type(type, [](auto value) { return sizeof value; });
+}
+
+std::string name_of(StoredType type) {
+  constexpr const char* kNames[] = {"i8",  "u8",  "i16", "u16", "i32",
+                                    "u32", "i64", "u64", "f32", "f64"};
+  return kNames[static_cast<std::size_t>(type)];
+}
+
+double bytes_per_voxel_most(StoredType type, const Rescale& rescale) {
+  if (is_as_voxels_are(type, rescale)) return static_cast<double>(bytes_of(type));
+  const bool is_small = type == StoredType::kI8 && rescale == Rescale{};  // fits 16 bits
+  return is_small ? sizeof(std::int16_t) : sizeof(float);
 }
 
 VoxelArray voxels_read(const std::string& name, StoredType type, std::size_t count, bool swapped,
@@ -157,26 +157,28 @@ VoxelArray voxels_read(const std::string& name, StoredType type, std::size_t cou
   });
 }
 
-VoxelArray voxels_of_stretches(const ReadRequest& request, StoredType type, bool swapped,
-                               const Rescale& rescale, const std::vector<Stretch>& stretches,
-                               std::vector<std::string>& notes) {
-  if (!swapped && rescale == Rescale{}) {
-    const auto as_they_lie =
-        with_type(type, [&]<typename Stored>(Stored) -> std::optional<VoxelArray> {
-          if constexpr (kIsVoxelType<Stored>) return mapped<Stored>(stretches);
-          return std::nullopt;
-        });
-    if (as_they_lie) return *as_they_lie;
+void plan_voxels(OpenedInput& opened, const ReadRequest& request, StoredType type, bool swapped,
+                 const Rescale& rescale, std::vector<Stretch> stretches) {
+  opened.stored_type = name_of(type);
+  opened.bytes_per_voxel_most = bytes_per_voxel_most(type, rescale);
+  if (!swapped && is_as_voxels_are(type, rescale) && can_be_mapped(type, stretches)) {
+    opened.is_mapped = true;
+    opened.read_voxels = [type, stretch = stretches[0]](std::vector<std::string>&) {
+      return mapped(type, stretch);
+    };
+    return;
   }
-  std::uint64_t bytes = 0;
-  for (const Stretch& stretch : stretches) bytes += stretch.bytes;
-  check_large_stretches(stretches);
-  const auto from_the_first = [&]() -> ReadNext {
-    const auto reader = std::make_shared<StretchReader>(stretches, request.listener);
-    return [reader](char* to, std::size_t count) { reader->read(to, count); };
+  opened.read_voxels = [=](std::vector<std::string>& notes) {
+    check_large_stretches(stretches);
+    std::uint64_t bytes = 0;
+    for (const Stretch& stretch : stretches) bytes += stretch.bytes;
+    const auto from_the_first = [&]() -> ReadNext {
+      const auto reader = std::make_shared<StretchReader>(stretches, request.listener);
+      return [reader](char* to, std::size_t count) { reader->read(to, count); };
+    };
+    return voxels_read(request.name, type, bytes / bytes_of(type), swapped, rescale, from_the_first,
+                       notes);
   };
-  return voxels_read(request.name, type, bytes / bytes_of(type), swapped, rescale, from_the_first,
-                     notes);
 }
 
 void swap_bytes(StoredType type, void* stored, std::size_t count) {

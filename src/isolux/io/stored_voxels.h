@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -13,6 +14,34 @@ namespace isolux {
 
 /// The number types that files store voxels in.
 enum class StoredType { kI8, kU8, kI16, kU16, kI32, kU32, kI64, kU64, kF32, kF64 };
+
+/// Calls `use` with a value of the C++ type that a StoredType stands for.
+template <typename Use>
+decltype(auto) with_type(StoredType type, Use&& use) {
+  switch (type) {
+    case StoredType::kI8:
+      return use(std::int8_t{});
+    case StoredType::kU8:
+      return use(std::uint8_t{});
+    case StoredType::kI16:
+      return use(std::int16_t{});
+    case StoredType::kU16:
+      return use(std::uint16_t{});
+    case StoredType::kI32:
+      return use(std::int32_t{});
+    case StoredType::kU32:
+      return use(std::uint32_t{});
+    case StoredType::kI64:
+      return use(std::int64_t{});
+    case StoredType::kU64:
+      return use(std::uint64_t{});
+    case StoredType::kF32:
+      return use(float{});
+    case StoredType::kF64:
+      break;
+  }
+  return use(double{});
+}
 
 std::size_t bytes_of(StoredType type);
 
@@ -37,11 +66,17 @@ VoxelArray voxels_read(const std::string& name, StoredType type, std::size_t cou
                        const Rescale& rescale, const std::function<ReadNext()>& from_the_first,
                        std::vector<std::string>& notes);
 
-/// As voxels_read, from bytes in files. Where there is nothing to convert, one stretch holds all
-/// and it is large (docs/decisions/0010-mapped-voxels.md), they are mapped from the file instead.
-VoxelArray voxels_of_stretches(const ReadRequest& request, StoredType type, bool swapped,
-                               const Rescale& rescale, const std::vector<Stretch>& stretches,
-                               std::vector<std::string>& notes);
+/// "i16", "f64", ...
+std::string name_of(StoredType type);
+
+/// The most bytes that a voxel of voxels_read takes.
+double bytes_per_voxel_most(StoredType type, const Rescale& rescale);
+
+/// Sets how the voxels of an opened input are to be read: from stretches of files, as voxels_read
+/// does. Where there is nothing to convert, one stretch holds all and it is large
+/// (docs/decisions/0010-mapped-voxels.md), they are to be mapped from the file instead.
+void plan_voxels(OpenedInput& opened, const ReadRequest& request, StoredType type, bool swapped,
+                 const Rescale& rescale, std::vector<Stretch> stretches);
 
 /// Swaps the bytes of each of `count` numbers.
 void swap_bytes(StoredType type, void* stored, std::size_t count);
