@@ -24,6 +24,7 @@ Format metaimage_format();
 Format inv3_format();
 Format tiff_format();
 Format dicom_format();
+Format vti_format();
 
 /// A stack of TIFF files, in natural order of their names.
 OpenedInput open_tiff_folder(const ReadRequest& request, std::vector<std::string> files);

@@ -2,6 +2,7 @@
 #include <bit>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <map>
 
 #include "isolux/base/error.h"
@@ -9,7 +10,7 @@
 #include "isolux/io/chosen_volume.h"
 #include "isolux/io/format.h"
 #include "isolux/io/nrrd_header.h"
-#include "isolux/io/nrrd_text.h"
+#include "isolux/io/number_text_file.h"
 #include "isolux/io/placement_fault.h"
 #include "isolux/io/stored_bytes.h"
 #include "isolux/io/stored_voxels.h"
@@ -202,10 +203,11 @@ std::string value_of(const NrrdHeader& header, const char* key) {
 // chosen one are read and forgotten.
 void plan_text(OpenedInput& opened, const ReadRequest& request, const NrrdHeader& header,
                const std::vector<std::string>& files, std::uint64_t count, std::uint64_t before) {
-  std::vector<StoredBytes> texts;
+  std::vector<Stretch> texts;
   for (const std::string& file : files) {
-    texts.push_back(data_of(file, header));
-    texts.back().offset += static_cast<std::uint64_t>(std::max<std::int64_t>(header.byte_skip, 0));
+    StoredBytes text = data_of(file, header);
+    text.offset += static_cast<std::uint64_t>(std::max<std::int64_t>(header.byte_skip, 0));
+    texts.push_back({text, 0, std::numeric_limits<std::uint64_t>::max()});
   }
   constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
   const bool is_hex = header.encoding == "hex";

@@ -39,8 +39,8 @@ void replace_spacing(Volume& volume, Vec3 spacing) {
 
 std::vector<Format> formats() {
   // DICOM before TIFF: a DICOM file may begin with a TIFF header as well.
-  return {nrrd_format(), nifti_format(), metaimage_format(),
-          inv3_format(), dicom_format(), tiff_format()};
+  return {nrrd_format(),  nifti_format(), metaimage_format(), inv3_format(),
+          dicom_format(), tiff_format(),  vti_format()};
 }
 
 const Format* format_of(const std::vector<Format>& among, const ReadRequest& request) {

@@ -1,5 +1,6 @@
-#include "isolux/io/nrrd_text.h"
+#include "isolux/io/number_text_file.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cstring>
 #include <utility>
@@ -11,31 +12,39 @@ namespace {
 
 bool is_between(char c) { return c == ' ' || (c >= '\t' && c <= '\r') || c == ','; }
 
-// The characters of several files, with a blank behind each.
+// The characters of several stretches, with a blank behind each.
 class Characters {
  public:
-  explicit Characters(std::vector<StoredBytes> files) : files_(std::move(files)) {}
+  explicit Characters(std::vector<Stretch> stretches) : stretches_(std::move(stretches)) {}
 
   /// The next one, or -1 at the end.
   int next() {
-    while (at_ == piece_.size()) {
-      if (file_ == files_.size()) return -1;
-      constexpr std::size_t kPiece = 1 << 16;
-      piece_ = first_bytes(files_[file_], kPiece);
-      files_[file_].offset += piece_.size();
-      at_ = 0;
-      if (!piece_.empty()) break;
-      ++file_;
-      piece_ = " ";
-    }
+    if (at_ == piece_.size() && !refill()) return -1;
     return static_cast<unsigned char>(piece_[at_++]);
   }
 
-  const std::string& path() const { return files_[std::min(file_, files_.size() - 1)].path; }
+  const std::string& path() const {
+    return stretches_[std::min(number_, stretches_.size() - 1)].file.path;
+  }
 
  private:
-  std::vector<StoredBytes> files_;
-  std::size_t file_ = 0;
+  bool refill() {
+    if (number_ == stretches_.size()) return false;
+    constexpr std::uint64_t kPiece = 1 << 16;
+    Stretch& stretch = stretches_[number_];
+    piece_ = first_bytes(stretch.file, std::min(kPiece, stretch.bytes));
+    stretch.file.offset += piece_.size();
+    stretch.bytes -= piece_.size();
+    if (piece_.empty()) {
+      piece_ = " ";
+      ++number_;
+    }
+    at_ = 0;
+    return true;
+  }
+
+  std::vector<Stretch> stretches_;
+  std::size_t number_ = 0;  // of the stretch that is read
   std::string piece_;
   std::size_t at_ = 0;
 };
@@ -87,8 +96,8 @@ int next_hex_digit(Characters& characters) {
 
 }  // namespace
 
-ReadNext read_number_text(std::vector<StoredBytes> files, StoredType type) {
-  const auto characters = std::make_shared<Characters>(std::move(files));
+ReadNext read_number_text(std::vector<Stretch> stretches, StoredType type) {
+  const auto characters = std::make_shared<Characters>(std::move(stretches));
   return with_type(type, [&]<typename Number>(Number) -> ReadNext {
     return [characters](char* to, std::size_t bytes) {
       for (std::size_t n = 0; n < bytes; n += sizeof(Number)) {
@@ -99,8 +108,8 @@ ReadNext read_number_text(std::vector<StoredBytes> files, StoredType type) {
   });
 }
 
-ReadNext read_hex_text(std::vector<StoredBytes> files) {
-  const auto characters = std::make_shared<Characters>(std::move(files));
+ReadNext read_hex_text(std::vector<Stretch> stretches) {
+  const auto characters = std::make_shared<Characters>(std::move(stretches));
   return [characters](char* to, std::size_t bytes) {
     for (std::size_t n = 0; n < bytes; ++n) {
       const int high = next_hex_digit(*characters);
