@@ -93,10 +93,10 @@ void describe_some(const std::string* paths, std::size_t count, std::vector<Dico
       output.send_text(described.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     }
   };
-  const auto take = [&](FenceInput& input) {
+  const auto take = [&](Fence& fence) {
     for (std::size_t n = 0; n < count; ++n) {
       DicomFile file;
-      const std::string described = input.receive_text();
+      const std::string described = fence.receive_text();
       try {
         file = nlohmann::json::parse(described).get<DicomFile>();
         if (file.fault.empty()) file.fault = size_fault(file);
@@ -109,7 +109,8 @@ void describe_some(const std::string* paths, std::size_t count, std::vector<Dico
   };
   const std::size_t before = files.size();
   try {
-    run_fenced({.seconds = 10, .memory = 512e6 + 2 * largest}, parse, take);
+    Fence fence({.seconds = 10, .memory = 512e6 + 2 * largest}, parse);
+    take(fence);
   } catch (const FenceBroken& broken) {
     DicomFile file;
     file.path = paths[files.size() - before];
@@ -157,20 +158,17 @@ void read_encoded(const DicomFile& file, std::size_t begin, std::size_t end, con
                            .memory = 512e6 + 4 * promised + 2 * size_of(file.path)};
   const std::size_t voxels = static_cast<std::size_t>(file.columns) * file.rows;
   try {
-    run_fenced(
-        limits, [&](FenceOutput& output) { decode_dicom_pixels(file, output); },
-        [&](FenceInput& input) {
-          if (const std::string why = input.receive_text(); !why.empty()) fail(why);
-          PixelPacking packing;
-          input.receive(&packing, sizeof packing);
-          const auto bits = static_cast<std::size_t>(packing.bits_allocated);
-          if (!is_sound(packing) || voxels * bits % 8 != 0) fail("are packed in an unknown way");
-          std::vector<char> packed(voxels * bits / 8);
-          for (std::size_t frame = 0; frame < end; ++frame) {
-            input.receive(packed.data(), packed.size());
-            if (frame >= begin) use(frame, packing, packed.data(), 0);
-          }
-        });
+    Fence fence(limits, [&](FenceOutput& output) { decode_dicom_pixels(file, output); });
+    if (const std::string why = fence.receive_text(); !why.empty()) fail(why);
+    PixelPacking packing;
+    fence.receive(&packing, sizeof packing);
+    const auto bits = static_cast<std::size_t>(packing.bits_allocated);
+    if (!is_sound(packing) || voxels * bits % 8 != 0) fail("are packed in an unknown way");
+    std::vector<char> packed(voxels * bits / 8);
+    for (std::size_t frame = 0; frame < end; ++frame) {
+      fence.receive(packed.data(), packed.size());
+      if (frame >= begin) use(frame, packing, packed.data(), 0);
+    }
   } catch (const FenceBroken& broken) {
     fail(broken.what());
   }

@@ -1,6 +1,7 @@
 #include <archive.h>
 #include <archive_entry.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
 #include "isolux/io/format.h"
+#include "isolux/io/read_fenced.h"
 #include "isolux/io/stored_voxels.h"
 
 // An InVesalius project: a tar.gz of one folder with main.plist (an Apple property list in XML) and
@@ -43,27 +45,27 @@ class Archive {
   /// Goes to the next entry; false at the end.
   bool next() {
     const int status = archive_read_next_header(archive_, &entry_);
-    if (status == ARCHIVE_EOF) entry_ = nullptr;
     if (status == ARCHIVE_EOF) return false;
     if (status != ARCHIVE_OK && status != ARCHIVE_WARN) throw damaged(path_, message());
     return true;
   }
 
-  bool has_entry() const { return entry_ != nullptr; }
   std::string name() const {
     const char* name = archive_entry_pathname(entry_);
     return name ? name : "";
   }
   double size() const { return static_cast<double>(archive_entry_size(entry_)); }
 
-  void read(char* to, std::size_t count, const ProgressListener& listener) {
-    constexpr std::size_t kPiece = 1 << 20;
-    Progress progress(listener, "reading", count);
+  /// Sends the whole of the entry.
+  void send_to(FenceOutput& output) {
+    std::vector<char> piece(1 << 18);
+    const auto count = static_cast<std::size_t>(size());
     for (std::size_t done = 0; done < count;) {
-      const auto got = archive_read_data(archive_, to + done, std::min(kPiece, count - done));
+      const auto got =
+          archive_read_data(archive_, piece.data(), std::min(piece.size(), count - done));
       if (got <= 0) throw damaged(path_, got < 0 ? message() : "it ends too early");
+      output.send(piece.data(), static_cast<std::size_t>(got));
       done += static_cast<std::size_t>(got);
-      progress.advance(static_cast<std::size_t>(got));
     }
   }
 
@@ -150,53 +152,79 @@ bool is_main_plist(const std::string& name) {
   return name == "main.plist" || name.ends_with("/main.plist");
 }
 
+void send_project(const std::string& path, FenceOutput& output) {
+  Archive archive(path);
+  while (archive.next()) {
+    if (!is_main_plist(archive.name())) continue;
+    if (archive.size() > kLargestPlist) throw damaged(path, "its main.plist is too large");
+    const std::string name = archive.name();
+    const auto lengths = std::array{name.size(), static_cast<std::size_t>(archive.size())};
+    output.send(lengths.data(), sizeof lengths);
+    output.send(name.data(), name.size());
+    archive.send_to(output);
+    return;
+  }
+  throw damaged(path, "it holds no main.plist");
+}
+
+Project find_project(const std::string& path) {
+  const ReadNext next =
+      read_fenced(path, 0, [&](FenceOutput& output) { send_project(path, output); });
+  std::array<std::size_t, 2> lengths{};
+  next(reinterpret_cast<char*>(lengths.data()), sizeof lengths);
+  if (std::max(lengths[0], lengths[1]) > kLargestPlist) throw damaged(path, "a name is too long");
+  std::string name(lengths[0], '\0'), plist(lengths[1], '\0');
+  next(name.data(), name.size());
+  next(plist.data(), plist.size());
+  return parse_project(path, name, plist);
+}
+
 // gzip, and the name ends in .inv3 or the archive holds a main.plist.
 bool recognises(const ReadRequest& request, std::string_view first_bytes) {
   if (!first_bytes.starts_with("\x1f\x8b")) return false;
   if (request.name.ends_with(".inv3")) return true;
   try {
-    Archive archive(request.name);
-    while (archive.next()) {
-      if (is_main_plist(archive.name())) return true;
-    }
+    find_project(request.name);
+    return true;
   } catch (const WorkError&) {
+    return false;
   }
-  return false;
-}
-
-Project find_project(const std::string& path) {
-  Archive archive(path);
-  while (archive.next()) {
-    if (!is_main_plist(archive.name())) continue;
-    if (archive.size() > kLargestPlist) throw damaged(path, "its main.plist is too large");
-    std::string plist(static_cast<std::size_t>(archive.size()), '\0');
-    archive.read(plist.data(), plist.size(), {});
-    return parse_project(path, archive.name(), plist);
-  }
-  throw damaged(path, "it holds no main.plist");
 }
 
 double voxel_count(const Project& project) {
   return static_cast<double>(project.dims[0]) * project.dims[1] * project.dims[2];
 }
 
-VoxelArray read_matrix(const ReadRequest& request, const Project& project, StoredType type,
-                       std::vector<std::string>& notes) {
-  const std::string& path = request.name;
-  const double bytes = voxel_count(project) * static_cast<double>(bytes_of(type));
+void send_matrix(const std::string& path, const Project& project, double bytes,
+                 FenceOutput& output) {
   Archive archive(path);
-  while (archive.next() && archive.name() != project.folder + project.matrix_name) {
-  }
-  if (!archive.has_entry()) throw damaged(path, "it holds no '" + project.matrix_name + "'");
-  if (archive.size() != bytes) {
+  while (archive.next()) {
+    if (archive.name() != project.folder + project.matrix_name) continue;
+    if (archive.size() == bytes) return archive.send_to(output);
     throw damaged(path, "its matrix holds " + to_text(archive.size()) + " bytes, not the " +
                             to_text(bytes) + " of its shape");
   }
-  // Nothing is converted, so it is read once.
+  throw damaged(path, "it holds no '" + project.matrix_name + "'");
+}
+
+VoxelArray read_matrix(const ReadRequest& request, const Project& project, StoredType type,
+                       std::vector<std::string>& notes) {
+  const double bytes = voxel_count(project) * static_cast<double>(bytes_of(type));
+  Progress progress(request.listener, "reading", static_cast<std::size_t>(bytes));
   const auto from_the_first = [&]() -> ReadNext {
-    return [&](char* to, std::size_t count) { archive.read(to, count, request.listener); };
+    const ReadNext next = read_fenced(request.name, 0, [&](FenceOutput& output) {
+      send_matrix(request.name, project, bytes, output);
+    });
+    return [&progress, next](char* to, std::size_t count) {
+      constexpr std::size_t kPiece = 1 << 20;
+      for (std::size_t done = 0; done < count; done += kPiece) {
+        const std::size_t piece = std::min(kPiece, count - done);
+        next(to + done, piece);
+        progress.advance(piece);
+      }
+    };
   };
-  return voxels_read(path, type, static_cast<std::size_t>(voxel_count(project)),
+  return voxels_read(request.name, type, static_cast<std::size_t>(voxel_count(project)),
                      std::endian::native == std::endian::big, {}, from_the_first, notes);
 }
 

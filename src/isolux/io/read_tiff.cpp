@@ -12,10 +12,11 @@
 #include "isolux/base/number_text.h"
 #include "isolux/io/format.h"
 #include "isolux/io/natural_order.h"
+#include "isolux/io/read_fenced.h"
 #include "isolux/io/stored_voxels.h"
 
-// TIFF by libtiff: the pages of one file, or the files of one folder in natural order of their
-// names, are the slices along k.
+// TIFF by libtiff, inside a fence: the pages of one file, or the files of one folder in natural
+// order of their names, are the slices along k.
 
 namespace isolux {
 namespace {
@@ -167,69 +168,60 @@ void keep_one_value(const PageLayout& layout, std::vector<char>& bytes) {
   bytes.resize(pixels * width);
 }
 
-// The values of all pages, one behind the other; one page is kept at a time.
-class PageReader {
- public:
-  PageReader(const std::vector<std::string>& files, const PageLayout& layout)
-      : files_(files), layout_(layout) {}
-
-  void read(char* to, std::size_t count) {
-    while (count > 0) {
-      if (at_ == page_.size()) next_page();
-      const std::size_t taken = std::min(count, page_.size() - at_);
-      std::memcpy(to, page_.data() + at_, taken);
-      to += taken;
-      at_ += taken;
-      count -= taken;
-    }
-  }
-
- private:
-  void next_page() {
-    if (tiff_ && !TIFFReadDirectory(tiff_.get())) tiff_.reset();
-    if (!tiff_ && file_ == files_.size()) throw changed(files_.back());
-    if (!tiff_) tiff_ = open_tiff(files_[file_++]);
-    const std::string& path = files_[file_ - 1];
-    // The file may have changed on disk since its pages were counted.
-    if (!(page_layout(*tiff_, path) == layout_)) throw changed(path);
-    page_.resize(static_cast<std::size_t>(layout_.bytes()));
-    read_page(*tiff_, path, layout_, page_.data());
-    keep_one_value(layout_, page_);
-    at_ = 0;
-  }
-
-  static WorkError changed(const std::string& path) {
-    return damaged(path, "it changed while it was read");
-  }
-
-  const std::vector<std::string>& files_;
-  PageLayout layout_;
-  TiffPointer tiff_{nullptr, TIFFClose};
-  std::size_t file_ = 0;  // the next to open
-  std::vector<char> page_;
-  std::size_t at_ = 0;
+// What all pages of a stack are like, and how many they are.
+struct Survey {
+  PageLayout layout;
+  double pages = 0;
 };
+
+Survey survey_of(const std::vector<std::string>& files) {
+  Survey survey;
+  for (const std::string& file : files) {
+    const TiffPointer tiff = open_tiff(file);
+    do {
+      const PageLayout page = page_layout(*tiff, file);
+      if (survey.pages > 0 && !(page == survey.layout)) {
+        throw WorkError(file, "has pages of different sizes or types", "make them alike first");
+      }
+      survey.layout = page;
+      ++survey.pages;
+      if (survey.pages > 1 << 20) throw damaged(file, "it has more than a million pages");
+    } while (TIFFReadDirectory(tiff.get()));
+  }
+  return survey;
+}
+
+// Sends the values of all pages, one behind the other; one page is kept at a time.
+void send_pages(const std::vector<std::string>& files, const PageLayout& layout,
+                FenceOutput& output) {
+  std::vector<char> page;
+  for (const std::string& file : files) {
+    const TiffPointer tiff = open_tiff(file);
+    do {
+      // The file may have changed on disk since its pages were counted.
+      if (!(page_layout(*tiff, file) == layout))
+        throw damaged(file, "it changed while it was read");
+      page.resize(static_cast<std::size_t>(layout.bytes()));
+      read_page(*tiff, file, layout, page.data());
+      keep_one_value(layout, page);
+      output.send(page.data(), page.size());
+    } while (TIFFReadDirectory(tiff.get()));
+  }
+}
 
 OpenedInput open_stack(const ReadRequest& request, const std::vector<std::string>& files) {
   OpenedInput opened;
   opened.result.format = "TIFF";
   opened.result.files = files;
-  std::optional<PageLayout> found;
-  double pages = 0, file_bytes = 0;
-  for (const std::string& file : files) {
-    const TiffPointer tiff = open_tiff(file);
-    file_bytes += static_cast<double>(fs::file_size(file));
-    do {
-      const PageLayout page = page_layout(*tiff, file);
-      if (found && !(page == *found)) {
-        throw WorkError(file, "has pages of different sizes or types", "make them alike first");
-      }
-      found = page;
-      ++pages;
-      if (pages > 1 << 20) throw damaged(file, "it has more than a million pages");
-    } while (TIFFReadDirectory(tiff.get()));
-  }
-  const PageLayout layout = *found;
+  double file_bytes = 0;
+  for (const std::string& file : files) file_bytes += static_cast<double>(fs::file_size(file));
+  Survey survey;
+  read_fenced(request.name, 2 * file_bytes, [&](FenceOutput& output) {
+    const Survey found = survey_of(files);
+    output.send(&found, sizeof found);
+  })(reinterpret_cast<char*>(&survey), sizeof survey);
+  const PageLayout layout = survey.layout;
+  const double pages = survey.pages;
   check_promise(request.name, layout.bytes() * pages, file_bytes, "deflate");
   check_memory(layout.bytes(), request.name);
   opened.volume.dims = {static_cast<int>(layout.width), static_cast<int>(layout.height),
@@ -240,9 +232,11 @@ OpenedInput open_stack(const ReadRequest& request, const std::vector<std::string
   opened.read_voxels = [=](std::vector<std::string>& notes) {
     Progress progress(request.listener, "reading", count * bytes_of(layout.type));
     const auto from_the_first = [&]() -> ReadNext {
-      const auto reader = std::make_shared<PageReader>(files, layout);
-      return [&, reader](char* to, std::size_t bytes) {
-        reader->read(to, bytes);
+      const ReadNext next =
+          read_fenced(request.name, 4 * layout.bytes() + 2 * file_bytes,
+                      [&](FenceOutput& output) { send_pages(files, layout, output); });
+      return [&progress, next](char* to, std::size_t bytes) {
+        next(to, bytes);
         progress.advance(bytes);
       };
     };

@@ -8,10 +8,12 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <vector>
 
 #include "isolux/base/error.h"
+#include "isolux/io/read_fenced.h"
 
 namespace isolux {
 namespace {
@@ -117,37 +119,52 @@ class Inflater : public Source {
   bool at_stream_end_ = false;
 };
 
-// The unpacked bytes of a bzip2 stream.
+// Sends the unpacked bytes of a bzip2 stream in pieces, each with its length before it, and a
+// length of 0 at the end.
+void send_unpacked(const StoredBytes& bytes, FenceOutput& output) {
+  const int file = ::open(bytes.path.c_str(), O_RDONLY | O_CLOEXEC);
+  const std::unique_ptr<archive, decltype(&archive_read_free)> stream(archive_read_new(),
+                                                                      archive_read_free);
+  archive_read_support_filter_bzip2(stream.get());
+  archive_read_support_format_raw(stream.get());
+  archive_entry* entry = nullptr;
+  if (file < 0 || ::lseek(file, static_cast<off_t>(bytes.offset), SEEK_SET) < 0 ||
+      archive_read_open_fd(stream.get(), file, kPiece) != ARCHIVE_OK ||
+      archive_read_next_header(stream.get(), &entry) != ARCHIVE_OK ||
+      archive_filter_code(stream.get(), 0) != ARCHIVE_FILTER_BZIP2) {
+    throw damaged(bytes.path, "they are not bzip2");
+  }
+  std::vector<char> piece(kPiece);
+  la_ssize_t got = 0;
+  do {
+    got = archive_read_data(stream.get(), piece.data(), piece.size());
+    if (got < 0) throw damaged(bytes.path, archive_error_string(stream.get()));
+    const std::uint64_t length = static_cast<std::uint64_t>(got);
+    output.send(&length, sizeof length);
+    output.send(piece.data(), static_cast<std::size_t>(got));
+  } while (got > 0);
+}
+
+// The unpacked bytes of a bzip2 stream, by libarchive inside a fence.
 class Bunzipper : public Source {
  public:
   explicit Bunzipper(const StoredBytes& bytes)
-      : path_(bytes.path), file_(::open(bytes.path.c_str(), O_RDONLY | O_CLOEXEC)) {
-    archive_read_support_filter_bzip2(archive_.get());
-    archive_read_support_format_raw(archive_.get());
-    archive_entry* entry = nullptr;
-    if (file_ < 0 || ::lseek(file_, static_cast<off_t>(bytes.offset), SEEK_SET) < 0 ||
-        archive_read_open_fd(archive_.get(), file_, kPiece) != ARCHIVE_OK ||
-        archive_read_next_header(archive_.get(), &entry) != ARCHIVE_OK ||
-        archive_filter_code(archive_.get(), 0) != ARCHIVE_FILTER_BZIP2) {
-      ::close(file_);
-      throw damaged(path_, "they are not bzip2");
-    }
-  }
-  ~Bunzipper() override { ::close(file_); }
-  Bunzipper(const Bunzipper&) = delete;
-  Bunzipper& operator=(const Bunzipper&) = delete;
+      : next_(read_fenced(bytes.path, 0,
+                          [&](FenceOutput& output) { send_unpacked(bytes, output); })) {}
 
   std::size_t read(char* to, std::size_t count) override {
-    const la_ssize_t got = archive_read_data(archive_.get(), to, count);
-    if (got < 0) throw damaged(path_, archive_error_string(archive_.get()));
-    return static_cast<std::size_t>(got);
+    if (left_ == 0 && !at_end_) next_(reinterpret_cast<char*>(&left_), sizeof left_);
+    at_end_ = left_ == 0;
+    const auto taken = static_cast<std::size_t>(std::min<std::uint64_t>(left_, count));
+    next_(to, taken);
+    left_ -= taken;
+    return taken;
   }
 
  private:
-  std::string path_;
-  int file_;
-  std::unique_ptr<archive, decltype(&archive_read_free)> archive_{archive_read_new(),
-                                                                  archive_read_free};
+  std::function<void(char*, std::size_t)> next_;
+  std::uint64_t left_ = 0;
+  bool at_end_ = false;
 };
 
 std::unique_ptr<Source> source_of(const StoredBytes& bytes) {

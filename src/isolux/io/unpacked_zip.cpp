@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "isolux/base/error.h"
+#include "isolux/io/read_fenced.h"
 
 namespace isolux {
 namespace {
@@ -31,9 +32,14 @@ TemporaryPath new_folder(const std::string& path) {
 
 }  // namespace
 
-UnpackedZip::UnpackedZip(const std::string& path) : folder_(new_folder(path)) { unpack(path); }
+UnpackedZip::UnpackedZip(const std::string& path) : folder_(new_folder(path)) {
+  const ReadNext next = read_fenced(path, 0, [&](FenceOutput& output) { unpack(path, output); });
+  // Signs of life, one for each piece, until there are no more; then the number of files.
+  for (bool goes_on = true; goes_on;) next(reinterpret_cast<char*>(&goes_on), sizeof goes_on);
+  next(reinterpret_cast<char*>(&file_count_), sizeof file_count_);
+}
 
-void UnpackedZip::unpack(const std::string& path) {
+void UnpackedZip::unpack(const std::string& path, FenceOutput& output) {
   constexpr int kMostFiles = 100'000;
   constexpr double kSmall = 64e6, kUsualRatio = 200;  // scans seldom shrink to a tenth
   const std::unique_ptr<archive, decltype(&archive_read_free)> zip(archive_read_new(),
@@ -48,7 +54,7 @@ void UnpackedZip::unpack(const std::string& path) {
   archive_entry* entry = nullptr;
   while (true) {
     const int status = archive_read_next_header(zip.get(), &entry);
-    if (status == ARCHIVE_EOF) return;
+    if (status == ARCHIVE_EOF) break;
     if (status != ARCHIVE_OK && status != ARCHIVE_WARN) throw damaged(path, zip.get());
     if (archive_entry_filetype(entry) != AE_IFREG) continue;
     if (++file_count_ > kMostFiles) {
@@ -72,10 +78,15 @@ void UnpackedZip::unpack(const std::string& path) {
         throw WorkError(path, "unpacks to more than 200 times its size", "unpack it by hand");
       }
       file.write(piece.data(), got);
+      const bool goes_on = true;
+      output.send(&goes_on, sizeof goes_on);
     }
     file.close();
     if (!file) throw WorkError(path, "cannot be unpacked: no room", "set TMPDIR to another folder");
   }
+  const bool goes_on = false;
+  output.send(&goes_on, sizeof goes_on);
+  output.send(&file_count_, sizeof file_count_);
 }
 
 }  // namespace isolux
