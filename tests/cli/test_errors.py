@@ -204,10 +204,10 @@ class WrongInputs(Refusals):
         scan.mkdir()
         (scan / "a.dcm").write_bytes(b"\0" * 128 + b"DICM" + bytes(100))
 
-        def six_files():
-            resource.setrlimit(resource.RLIMIT_NOFILE, (6, 6))
+        def few_files():
+            resource.setrlimit(resource.RLIMIT_NOFILE, (5, 5))
         self.refused("info", "slices", status=WORK, about="Too many open files",
-                     preexec_fn=six_files)
+                     preexec_fn=few_files)
 
     def test_missing_files_folders_and_empty_files(self):
         self.unreadable("missing.nrrd")

@@ -16,7 +16,8 @@
 namespace isolux {
 
 // For the way home from the fence.
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PixelPacking, bits_allocated, bits_stored, high_bit, is_signed)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PixelPacking, bits_allocated, bits_stored, high_bit, is_signed,
+                                   is_float)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DicomFrame, position, orientation, spacing, distance, slope,
                                    intercept, time, segment)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DicomFile, path, fault, instance_uid, series_uid, description,
@@ -47,6 +48,7 @@ double best_ratio(const DicomFile& file) { return file.is_plain() ? 1 : 1e4; }
 
 bool is_sound(const PixelPacking& packing) {
   const int bits = packing.bits_allocated;
+  if (packing.is_float) return bits == 32 || bits == 64;
   return (bits == 1 || bits == 8 || bits == 16 || bits == 32) && packing.bits_stored >= 1 &&
          packing.bits_stored <= bits && packing.high_bit >= packing.bits_stored - 1 &&
          packing.high_bit < bits;

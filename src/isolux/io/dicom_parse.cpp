@@ -6,6 +6,7 @@
 #include <gdcmUIDs.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -20,10 +21,13 @@ namespace isolux {
 namespace {
 
 const gdcm::Tag kPixelData(0x7fe0, 0x0010);
+constexpr const char* kNoImage = "is DICOM, but holds no image";
+const gdcm::Tag kFloatPixels(0x7fe0, 0x0008);
+const gdcm::Tag kDoublePixels(0x7fe0, 0x0009);
 
 std::unique_ptr<std::istream> open(const std::string& path, std::size_t start) {
   auto file = std::make_unique<std::ifstream>(path, std::ios::binary);
-  if (!*file) throw std::runtime_error("cannot be opened");
+  if (!*file) throw std::runtime_error(std::string("cannot be opened: ") + std::strerror(errno));
   if (start == 0) return file;
   file->seekg(static_cast<std::streamoff>(start));
   auto rest = std::make_unique<std::stringstream>();
@@ -209,12 +213,21 @@ class FrameParser {
     return along_normal(offsets);
   }
 
-  // Doses tell each frame's distance from the first.
+  // Doses tell each frame's distance from the first along the normal, or, where the first number is
+  // not 0, each frame's z (DICOM PS3.3, C.8.8.3.2).
   std::vector<DicomFrame> dose(DicomFile& file) {
     if (file.modality != "RTDOSE") return {};
     shared_.slope = decimal(root_, {0x3004, 0x000e}, 1);
     file.units = text(root_, {0x3004, 0x0002});
-    return along_normal(decimals(root_, {0x3004, 0x000c}));
+    std::vector<double> offsets = decimals(root_, {0x3004, 0x000c});
+    if (offsets.empty() || offsets[0] == 0 || shared_.orientation.empty()) {
+      return along_normal(offsets);
+    }
+    const std::vector<double>& o = shared_.orientation;
+    const double upward = cross({o[0], o[1], o[2]}, {o[3], o[4], o[5]}).z < 0 ? -1 : 1;
+    const double first = offsets[0];
+    for (double& offset : offsets) offset = upward * (offset - first);
+    return along_normal(offsets);
   }
 
   const gdcm::DataSet& root_;
@@ -231,7 +244,7 @@ std::string transfer_syntax_text(const std::string& uid) {
   return name ? std::string(name) + ", " + uid : uid;
 }
 
-// Finds uncompressed pixels, whose element's head ends at `value`, or the fault.
+// Finds uncompressed pixels, whose element's head ends where the reader stopped, or the fault.
 void find_pixels(const gdcm::Reader& reader, std::istream& stream, DicomFile& file) {
   const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
   if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) return;
@@ -240,11 +253,17 @@ void find_pixels(const gdcm::Reader& reader, std::istream& stream, DicomFile& fi
   stream.clear();
   stream.seekg(value - 12);
   stream.read(head, sizeof head);
-  const bool is_big = std::memcmp(head, "\x7f\xe0\x00\x10", 4) == 0;
-  const bool is_explicit = is_big || std::memcmp(head, "\xe0\x7f\x10\x00", 4) == 0;
-  const bool is_implicit = !is_explicit && std::memcmp(head + 4, "\xe0\x7f\x10\x00", 4) == 0;
+  const auto has_tag = [&](std::size_t at, bool big) {
+    const char element = file.packing.is_float ? (file.packing.bits_allocated == 64 ? 9 : 8) : 0x10;
+    const char little_tag[] = {'\xe0', '\x7f', element, 0},
+               big_tag[] = {'\x7f', '\xe0', 0, element};
+    return std::memcmp(head + at, big ? big_tag : little_tag, 4) == 0;
+  };
+  const bool is_big = has_tag(0, true);
+  const bool is_explicit = is_big || has_tag(0, false);
+  const bool is_implicit = !is_explicit && has_tag(4, false);
   if (!stream || !(is_explicit || is_implicit)) {
-    file.fault = "is DICOM, but holds no image";
+    file.fault = kNoImage;
     return;
   }
   if (syntax.IsEncapsulated()) return;
@@ -297,16 +316,15 @@ std::string date_text(const gdcm::DataSet& set) {
   return {};
 }
 
-}  // namespace
-
-DicomFile parse_dicom_header(const std::string& path, std::size_t start) {
+// Reads up to the pixels that stand under `tag`.
+DicomFile parse_up_to(const std::string& path, std::size_t start, const gdcm::Tag& tag) {
   DicomFile file;
   file.path = path;
   file.start = start;
   const std::unique_ptr<std::istream> stream = open(path, start);
   gdcm::Reader reader;
   reader.SetStream(*stream);
-  const bool is_read = reader.ReadUpToTag(kPixelData, std::set<gdcm::Tag>{kPixelData});
+  const bool is_read = reader.ReadUpToTag(tag, {kPixelData, kFloatPixels, kDoublePixels});
   const gdcm::FileMetaInformation& header = reader.GetFile().GetHeader();
   const std::string syntax = text(header, {0x0002, 0x0010});
   file.transfer_syntax =
@@ -339,14 +357,25 @@ DicomFile parse_dicom_header(const std::string& path, std::size_t start) {
   parse_packing(set, file);
   file.frames = FrameParser(set).frames(file);
   if (file.modality == "PT") file.units = text(set, {0x0054, 0x1001});
-  if (has(set, {0x0028, 0x3000})) {
-    file.remarks.push_back("its lookup table for values (Modality LUT) is not applied");
+  if (tag != kPixelData) {
+    file.packing = {.bits_allocated = tag == kDoublePixels ? 64 : 32, .is_float = true};
   }
-  if (has(set, {0x7fe0, 0x0008}) || has(set, {0x7fe0, 0x0009})) {
-    file.fault = "holds floating-point pixels, which this version does not read";
+  if (has(set, {0x0028, 0x3000})) {
+    file.fault = "has a lookup table for its values (Modality LUT), which isolux does not apply";
     return file;
   }
   find_pixels(reader, *stream, file);
+  return file;
+}
+
+}  // namespace
+
+DicomFile parse_dicom_header(const std::string& path, std::size_t start) {
+  DicomFile file = parse_up_to(path, start, kPixelData);
+  for (const gdcm::Tag& tag : {kFloatPixels, kDoublePixels}) {
+    if (file.fault != kNoImage) break;
+    file = parse_up_to(path, start, tag);
+  }
   return file;
 }
 

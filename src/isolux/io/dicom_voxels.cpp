@@ -42,10 +42,11 @@ class Decoder {
     const bool is_kept = all([](const DicomSlice&, const DicomFile&, const DicomFrame& frame) {
       return frame.slope == 1 && frame.intercept == 0;
     });
-    const bool is_whole = all([](const DicomSlice&, const DicomFile&, const DicomFrame& frame) {
-      return frame.slope == std::floor(frame.slope) &&
-             frame.intercept == std::floor(frame.intercept);
-    });
+    const bool is_whole =
+        all([](const DicomSlice&, const DicomFile& file, const DicomFrame& frame) {
+          return !file.packing.is_float && frame.slope == std::floor(frame.slope) &&
+                 frame.intercept == std::floor(frame.intercept);
+        });
     const bool is_byte = all([](const DicomSlice&, const DicomFile& file, const DicomFrame&) {
       return file.packing.bits_allocated <= 8 && !file.packing.is_signed;
     });

@@ -147,7 +147,10 @@ void add_notes(const std::vector<DicomFile>& files, const std::vector<DicomSlice
 }
 
 std::string stored_type_name(const PixelPacking& packing) {
-  return (packing.is_signed ? "i" : "u") + std::to_string(packing.bits_allocated);
+  return (packing.is_float    ? "f"
+          : packing.is_signed ? "i"
+                              : "u") +
+         std::to_string(packing.bits_allocated);
 }
 
 std::string units_of(const DicomFile& file) {

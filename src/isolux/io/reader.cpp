@@ -1,6 +1,8 @@
 #include "isolux/io/reader.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -21,11 +23,13 @@ std::string first_bytes_of(const std::string& path) {
   if (!fs::exists(path, error)) {
     throw WorkError(path, "there is no such file", "check the name, or see `isolux --help`");
   }
+  errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::string bytes(512, '\0');
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   if (file.bad() || (!file && file.gcount() == 0 && !file.eof())) {
-    throw WorkError(path, "cannot be read", "check its permissions");
+    throw WorkError(path, std::string("cannot be read: ") + std::strerror(errno),
+                    "check its permissions");
   }
   bytes.resize(static_cast<std::size_t>(file.gcount()));
   return bytes;

@@ -6,6 +6,8 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -28,9 +30,13 @@ WorkError damaged(const std::string& path, const char* why) {
 }
 
 std::ifstream opened(const StoredBytes& bytes) {
+  errno = 0;
   std::ifstream file(bytes.path, std::ios::binary);
   file.seekg(static_cast<std::streamoff>(bytes.offset));
-  if (!file) throw WorkError(bytes.path, "cannot be read", "check its permissions");
+  if (!file) {
+    throw WorkError(bytes.path, std::string("cannot be read: ") + std::strerror(errno),
+                    "check its permissions");
+  }
   return file;
 }
 
