@@ -48,12 +48,12 @@ double address_space() {
   for (const int signal :
        {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGALRM, SIGINT, SIGTERM, SIGHUP})
     ::signal(signal, SIG_DFL);
-  const int nowhere = ::open("/dev/null", O_RDWR);
-  for (const int standard : {0, 1, 2}) ::dup2(nowhere, standard);
   // Whatever this process has open is nothing to the child, which has room for files of its own
   // then.
   if (file > 3) ::close_range(3, static_cast<unsigned>(file) - 1, 0);
   ::close_range(static_cast<unsigned>(file) + 1, ~0U, 0);
+  const int nowhere = ::open("/dev/null", O_RDWR);
+  for (const int standard : {0, 1, 2}) ::dup2(nowhere, standard);
   if (const double used = address_space(); used > 0) limit(RLIMIT_AS, used + limits.memory);
   limit(RLIMIT_CORE, 0);
   FenceOutput output(file);
