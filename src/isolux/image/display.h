@@ -15,6 +15,8 @@ struct Display {
   };
   Curve curve = Curve::kSrgb;
   double exposure = 1;
+
+  bool operator==(const Display&) const = default;
 };
 
 /// T(value), not clamped; `value` is already exposed.

@@ -18,6 +18,8 @@ struct Light {
   /// Point lights only: intensity falls with the square of the distance and is `intensity` at this
   /// distance in mm. Nothing: the same at every distance.
   std::optional<double> inverse_square_reference_mm;
+
+  bool operator==(const Light&) const = default;
 };
 
 }  // namespace isolux

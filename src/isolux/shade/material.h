@@ -10,6 +10,8 @@ struct Material {
   Rgb kd{.8, .8, .8};     ///< diffuse (Lambert)
   Rgb ks{.3, .3, .3};     ///< specular (Phong)
   double shininess = 40;  ///< Phong's exponent, >= 0; the mirror direction only as it grows
+
+  bool operator==(const Material&) const = default;
 };
 
 }  // namespace isolux

@@ -1,0 +1,66 @@
+#include "isolux/render/session.h"
+
+#include <algorithm>
+
+namespace isolux {
+namespace {
+
+bool same_surfaces(const Scene& a, const Scene& b) {
+  return std::ranges::equal(a.surfaces, b.surfaces, [](const auto& one, const auto& other) {
+    return one.volume == other.volume && one.iso == other.iso;
+  });
+}
+
+bool same_light(const Scene& a, const Scene& b) {
+  return a.lights == b.lights && a.ambient == b.ambient && a.background == b.background &&
+         std::ranges::equal(a.surfaces, b.surfaces, {}, &IsoSurfaceItem::material,
+                            &IsoSurfaceItem::material);
+}
+
+}  // namespace
+
+void Session::trace(const Scene& scene, const ProgressListener& listener) {
+  if (!prepared_ || !same_surfaces(*prepared_, scene)) {
+    caster_ = RayCaster(scene, caster_ ? &*caster_ : nullptr);
+    prepared_ = scene;
+    traced_.reset();
+    ++counters_.skip_structure;
+  }
+  if (traced_ && traced_->camera == scene.camera) return;
+  const auto [width, height] = std::pair{scene.camera->width(), scene.camera->height()};
+  if (!buffer_ || buffer_->width() != width || buffer_->height() != height) {
+    buffer_.emplace(width, height);
+  }
+  caster_->cast(*scene.camera, *buffer_, listener);
+  traced_ = scene;
+  lit_.reset();
+  drawn_.reset();
+  ++counters_.visibility;
+}
+
+const SurfaceBuffer& Session::surfaces(const Scene& scene, const ProgressListener& listener) {
+  trace(scene, listener);
+  return *buffer_;
+}
+
+const Radiance& Session::radiance(const Scene& scene) {
+  trace(scene, {});
+  if (lit_ && same_light(*lit_, scene)) return *radiance_;
+  radiance_ = light(scene, *buffer_);
+  lit_ = scene;
+  ++counters_.lighting;
+  return *radiance_;
+}
+
+const Picture& Session::picture(const Scene& scene) {
+  trace(scene, {});
+  const bool is_lit = drawn_ && same_light(*drawn_, scene);
+  if (is_lit && drawn_->display == scene.display) return picture_.picture();
+  is_lit ? picture_.redisplay(scene, *buffer_) : picture_.relight(scene, *buffer_);
+  counters_.lighting += is_lit ? 0 : 1;
+  ++counters_.display;
+  drawn_ = scene;
+  return picture_.picture();
+}
+
+}  // namespace isolux

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "isolux/base/progress.h"
+#include "isolux/image/picture.h"
+#include "isolux/render/ray_caster.h"
+#include "isolux/render/relight.h"
+#include "isolux/render/surface_buffer.h"
+#include "isolux/scene/scene.h"
+
+namespace isolux {
+
+/// Draws one scene after another and reruns only what the change between them touches:
+///
+/// | changed                                | rerun                                          |
+/// |----------------------------------------|------------------------------------------------|
+/// | exposure, curve                        | display                                        |
+/// | materials, lights, ambient, background | lighting, display                              |
+/// | camera, size                           | visibility, lighting, display                  |
+/// | iso values, surfaces                   | skip structure, visibility, lighting, display  |
+/// | volumes                                | min-max bricks and all of the above            |
+///
+/// Volumes are told apart by where they live, not by their values. One thread at a time may call;
+/// what is returned stays valid until the next call.
+class Session {
+ public:
+  /// How often each stage has run.
+  struct Counters {
+    int skip_structure = 0;
+    int visibility = 0;
+    int lighting = 0;
+    int display = 0;
+
+    bool operator==(const Counters&) const = default;
+  };
+
+  const SurfaceBuffer& surfaces(const Scene& scene, const ProgressListener& listener = {});
+  /// The terms kept apart, which `picture` does without.
+  const Radiance& radiance(const Scene& scene);
+  const Picture& picture(const Scene& scene);
+
+  const Counters& counters() const { return counters_; }
+
+ private:
+  void trace(const Scene& scene, const ProgressListener& listener);
+
+  Counters counters_;
+  // Each stage with the scene that it last ran for.
+  std::optional<Scene> prepared_, traced_, lit_, drawn_;
+  std::optional<RayCaster> caster_;
+  std::optional<SurfaceBuffer> buffer_;
+  std::optional<Radiance> radiance_;
+  LitPicture picture_;
+};
+
+}  // namespace isolux

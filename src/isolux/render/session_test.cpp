@@ -1,0 +1,107 @@
+#include "isolux/render/session.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "isolux/scene/document.h"
+#include "isolux/volume/phantom.h"
+
+namespace isolux {
+namespace {
+
+using nlohmann::json;
+
+class SessionTest : public testing::Test {
+ protected:
+  SessionTest() {
+    document_["size"] = {24, 16};
+    document_["surface"] = {{{"iso", 0.5}}, {{"iso", 0.7}}};
+    document_["light"] = {{{"kind", "point"}, {"at", {-30, -60, 57}}}};
+  }
+
+  Scene scene() const {
+    SceneDescription description = describe(document_, "scene");
+    description.inputs = {"phantom:sphere"};
+    return resolve(description, {volume_});
+  }
+
+  // What was rerun for the scene as it is now, after the picture was checked against one that is
+  // drawn alone.
+  Session::Counters rerun() {
+    const Session::Counters before = session_.counters();
+    const Scene now = scene();
+    const Picture& picture = session_.picture(now);
+    Session alone;
+    EXPECT_EQ(picture.rgb, alone.picture(now).rgb);
+    const Session::Counters after = session_.counters();
+    return {after.skip_structure - before.skip_structure, after.visibility - before.visibility,
+            after.lighting - before.lighting, after.display - before.display};
+  }
+
+  json document_ = empty_document();
+  std::shared_ptr<const Volume> volume_ = std::make_shared<Volume>(sphere_phantom());
+  Session session_;
+};
+
+constexpr Session::Counters kNothing{0, 0, 0, 0};
+constexpr Session::Counters kDisplay{0, 0, 0, 1};
+constexpr Session::Counters kLighting{0, 0, 1, 1};
+constexpr Session::Counters kVisibility{0, 1, 1, 1};
+constexpr Session::Counters kAll{1, 1, 1, 1};
+
+TEST_F(SessionTest, the_first_picture_runs_every_stage_once_and_the_same_scene_none) {
+  EXPECT_EQ(rerun(), kAll);
+  EXPECT_EQ(rerun(), kNothing);
+}
+
+TEST_F(SessionTest, exposure_and_curve_rerun_the_display_alone) {
+  rerun();
+  document_["exposure"] = 0.5;
+  EXPECT_EQ(rerun(), kDisplay);
+  document_["display"] = "raw";
+  EXPECT_EQ(rerun(), kDisplay);
+}
+
+TEST_F(SessionTest, a_lamp_a_material_ambient_or_background_rerun_lighting_and_no_eye_ray) {
+  rerun();
+  document_["light"][0]["at"] = {30, -60, 57};
+  EXPECT_EQ(rerun(), kLighting);
+  document_["light"].push_back({{"kind", "directional"}, {"to", {1, 0, 0}}});
+  EXPECT_EQ(rerun(), kLighting);
+  document_["surface"][0]["kd"] = {0.5, 0.1, 0.2};
+  EXPECT_EQ(rerun(), kLighting);
+  document_["ambient"] = {0.5, 0.1, 0.2};
+  EXPECT_EQ(rerun(), kLighting);
+  document_["background"] = {0.5, 0.1, 0.2};
+  EXPECT_EQ(rerun(), kLighting);
+}
+
+TEST_F(SessionTest, camera_and_size_rerun_visibility_and_keep_the_skip_structure) {
+  rerun();
+  document_["camera"] = {{"view", "left"}};
+  EXPECT_EQ(rerun(), kVisibility);
+  document_["size"] = {16, 24};
+  EXPECT_EQ(rerun(), kVisibility);
+}
+
+TEST_F(SessionTest, an_iso_value_or_another_volume_rerun_everything) {
+  rerun();
+  document_["surface"][0]["iso"] = 0.3;
+  EXPECT_EQ(rerun(), kAll);
+  volume_ = std::make_shared<Volume>(sphere_phantom(33));
+  EXPECT_EQ(rerun(), kAll);
+}
+
+TEST_F(SessionTest, going_back_to_an_older_scene_gives_the_older_picture) {
+  rerun();
+  document_["exposure"] = 0.25;
+  rerun();
+  document_["light"][0]["at"] = {30, 0, 0};
+  document_["exposure"] = 1;
+  EXPECT_EQ(rerun(), kLighting);
+}
+
+}  // namespace
+}  // namespace isolux
