@@ -155,7 +155,7 @@ void read_encoded(const DicomFile& file, std::size_t begin, std::size_t end, con
                     "is the file complete?");
   };
   const double promised = file.voxel_count() * std::max(8, file.packing.bits_allocated) / 8;
-  check_memory(2 * promised, file.path);
+  check_memory(promised, file.path);
   const FenceLimits limits{.seconds = 10 + promised / 4e6,
                            .memory = 512e6 + 4 * promised + 2 * size_of(file.path)};
   const std::size_t voxels = static_cast<std::size_t>(file.columns) * file.rows;

@@ -2,6 +2,7 @@
 
 #include <gdcmImageReader.h>
 #include <gdcmReader.h>
+#include <gdcmSequenceOfFragments.h>
 #include <gdcmSequenceOfItems.h>
 #include <gdcmUIDs.h>
 
@@ -11,9 +12,11 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <set>
 #include <sstream>
 
+#include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
 #include "isolux/base/vec3.h"
 
@@ -379,31 +382,143 @@ DicomFile parse_dicom_header(const std::string& path, std::size_t start) {
   return file;
 }
 
+namespace {
+
+// --- Decoding ---
+
+// Sends the voxels of the frames that an image holds; the packing goes before the first of all.
+class FrameSender {
+ public:
+  FrameSender(const DicomFile& file, FenceOutput& output) : file_(file), output_(output) {}
+
+  // Why it cannot be done; empty: it was.
+  std::string send(const gdcm::Image& image, long long frames) {
+    std::vector<char> voxels(image.GetBufferLength());
+    if (!image.GetBuffer(voxels.data())) return "cannot be decoded";
+    const gdcm::PixelFormat& format = image.GetPixelFormat();
+    const PixelPacking packing{format.GetBitsAllocated(), format.GetBitsStored(),
+                               format.GetHighBit(), format.GetPixelRepresentation() == 1};
+    const double expected = std::ceil(1.0 * file_.columns * file_.rows *
+                                      static_cast<double>(frames) * packing.bits_allocated / 8);
+    if (format.GetSamplesPerPixel() != 1 || static_cast<double>(voxels.size()) < expected ||
+        (packing_ && !(packing == *packing_))) {
+      return "decode to another size than its header says";
+    }
+    if (!packing_) {
+      output_.send_text("");
+      output_.send(&packing, sizeof packing);
+    }
+    packing_ = packing;
+    output_.send(voxels.data(), static_cast<std::size_t>(expected));
+    return {};
+  }
+
+  // As WorkError, once frames are on their way.
+  void fail(const std::string& why) {
+    if (packing_) {
+      throw WorkError(file_.path,
+                      "its pixels " + why + " (transfer syntax " + file_.transfer_syntax + ")",
+                      "is the file complete?");
+    }
+    output_.send_text(why);
+  }
+
+ private:
+  const DicomFile& file_;
+  FenceOutput& output_;
+  std::optional<PixelPacking> packing_;
+};
+
+// Where the encoded pieces of the pixels lie in a stream.
+struct Fragment {
+  std::streamoff begin = 0;
+  std::uint32_t length = 0;
+};
+
+// The items of encoded pixels from where the element's head ends: first the table of offsets, which
+// may be empty, then the pieces. Empty where that is not what stands there.
+std::vector<Fragment> fragments_at(std::istream& stream, std::streamoff at) {
+  std::vector<Fragment> fragments;
+  while (true) {
+    unsigned char head[8] = {};
+    stream.clear();
+    stream.seekg(at);
+    stream.read(reinterpret_cast<char*>(head), sizeof head);
+    if (!stream) return {};
+    const std::uint32_t length =
+        head[4] | head[5] << 8 | head[6] << 16 | static_cast<std::uint32_t>(head[7]) << 24;
+    if (std::memcmp(head, "\xfe\xff\xdd\xe0", 4) == 0) return fragments;
+    if (std::memcmp(head, "\xfe\xff\x00\xe0", 4) != 0 || length == 0xffffffff) return {};
+    fragments.push_back({at + 8, length});
+    at += 8 + static_cast<std::streamoff>(length);
+  }
+}
+
+// A file of one frame, which GDCM takes for one that it has read.
+class OneFrame : public gdcm::ImageReader {
+ public:
+  bool read() { return ReadImage(gdcm::MediaStorage::SecondaryCaptureImageStorage); }
+};
+
+// Of several frames, where each is one piece: one at a time, so that neither the encoded nor the
+// decoded pixels are ever whole in memory. False where the pieces are not the frames.
+bool send_one_by_one(const DicomFile& file, FrameSender& sender) {
+  const std::unique_ptr<std::istream> stream = open(file.path, file.start);
+  gdcm::Reader header;
+  header.SetStream(*stream);
+  if (file.frame_count < 2 || !header.ReadUpToTag(kPixelData, {kPixelData})) return false;
+  const gdcm::TransferSyntax& syntax = header.GetFile().GetHeader().GetDataSetTransferSyntax();
+  if (!syntax.IsEncapsulated()) return false;
+  const auto begin = static_cast<std::streamoff>(header.GetStreamCurrentPosition());
+  const std::vector<Fragment> fragments = fragments_at(*stream, begin);
+  if (static_cast<long long>(fragments.size()) != file.frame_count + 1) return false;
+  gdcm::File frame_file;
+  frame_file.GetHeader().SetDataSetTransferSyntax(syntax);
+  for (const gdcm::DataElement& element : header.GetFile().GetDataSet().GetDES()) {
+    const bool is_of_image = element.GetTag().GetGroup() == 0x0028;
+    if (is_of_image && element.GetTag() != gdcm::Tag(0x0028, 0x0008)) {
+      frame_file.GetDataSet().Insert(element);
+    }
+  }
+  std::vector<char> encoded;
+  for (std::size_t n = 1; n < fragments.size(); ++n) {
+    encoded.resize(fragments[n].length);
+    stream->clear();
+    stream->seekg(fragments[n].begin);
+    stream->read(encoded.data(), static_cast<std::streamsize>(encoded.size()));
+    if (!*stream) {
+      sender.fail("are cut short");
+      return true;
+    }
+    gdcm::Fragment piece;
+    piece.SetByteValue(encoded.data(), gdcm::VL(fragments[n].length));
+    const gdcm::SmartPointer<gdcm::SequenceOfFragments> pieces = new gdcm::SequenceOfFragments;
+    pieces->AddFragment(piece);
+    gdcm::DataElement pixels(kPixelData, 0xffffffff, gdcm::VR::OB);
+    pixels.SetValue(*pieces);
+    frame_file.GetDataSet().Replace(pixels);
+    OneFrame frame;
+    frame.SetFile(frame_file);
+    const std::string why = frame.read() ? sender.send(frame.GetImage(), 1) : "cannot be decoded";
+    if (!why.empty()) {
+      sender.fail(why);
+      return true;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
 void decode_dicom_pixels(const DicomFile& file, FenceOutput& output) {
+  FrameSender sender(file, output);
+  if (send_one_by_one(file, sender)) return;
   const std::unique_ptr<std::istream> stream = open(file.path, file.start);
   gdcm::ImageReader reader;
   reader.SetStream(*stream);
-  if (!reader.Read()) {
-    output.send_text("cannot be decoded");
-    return;
-  }
-  const gdcm::Image& image = reader.GetImage();
-  std::vector<char> voxels(image.GetBufferLength());
-  if (!image.GetBuffer(voxels.data())) {
-    output.send_text("cannot be decoded");
-    return;
-  }
-  const gdcm::PixelFormat& format = image.GetPixelFormat();
-  const PixelPacking packing{format.GetBitsAllocated(), format.GetBitsStored(), format.GetHighBit(),
-                             format.GetPixelRepresentation() == 1};
-  const double expected = std::ceil(file.voxel_count() * packing.bits_allocated / 8);
-  if (format.GetSamplesPerPixel() != 1 || static_cast<double>(voxels.size()) < expected) {
-    output.send_text("decode to another size than its header says");
-    return;
-  }
-  output.send_text("");
-  output.send(&packing, sizeof packing);
-  output.send(voxels.data(), static_cast<std::size_t>(expected));
+  const std::string why =
+      reader.Read() ? sender.send(reader.GetImage(), file.frame_count) : "cannot be decoded";
+  if (!why.empty()) sender.fail(why);
 }
 
 }  // namespace isolux
