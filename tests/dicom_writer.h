@@ -34,9 +34,19 @@ class DicomWriter {
     for (const std::uint16_t value : values) number(value, 2);
     return *this;
   }
-  void write(const std::filesystem::path& path) const {
+  /// Encoded pixels: an empty table of offsets, and a piece for each frame.
+  DicomWriter& encoded(const std::vector<std::string>& pieces) {
+    number(0x7fe0, 2).number(0x10, 2).raw("OB").number(0, 2).number(0xffffffff, 4);
+    number(0xfffe, 2).number(0xe000, 2).number(0, 4);
+    for (const std::string& piece : pieces) {
+      number(0xfffe, 2).number(0xe000, 2).number(piece.size(), 4).raw(piece);
+    }
+    return number(0xfffe, 2).number(0xe0dd, 2).number(0, 4);
+  }
+  void write(const std::filesystem::path& path,
+             const std::string& transfer_syntax = "1.2.840.10008.1.2.1") const {
     DicomWriter meta;
-    meta.text(2, 0x10, "UI", "1.2.840.10008.1.2.1");
+    meta.text(2, 0x10, "UI", transfer_syntax);
     const std::string bytes = std::string(128, '\0') + "DICM" + meta.bytes_ + bytes_;
     std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<long>(bytes.size()));
   }

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -74,6 +75,17 @@ WorkError no_child() {
 }
 
 }  // namespace
+
+void keep_from_fences(void* memory, std::size_t bytes) {
+  // From here on the C library gives each block pages of its own (DEFAULT_MMAP_THRESHOLD_MAX is 32
+  // MiB), so nothing else lies in them, now or later.
+  constexpr std::size_t kOwnPages = 33 << 20;
+  if (bytes < kOwnPages) return;
+  const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+  const auto begin = reinterpret_cast<std::uintptr_t>(memory), end = begin + bytes;
+  const std::uintptr_t first = (begin + page - 1) / page * page, last = end / page * page;
+  ::madvise(reinterpret_cast<void*>(first), last - first, MADV_DONTFORK);
+}
 
 void FenceOutput::send_raw(const void* bytes, std::size_t count) {
   const char* at = static_cast<const char*>(bytes);

@@ -16,6 +16,10 @@ struct FenceLimits {
   double memory = 512e6;  ///< bytes the child may add to what this process has already
 };
 
+/// Leaves memory that is about to be filled out of children that are made from now on: it would be
+/// copied, page by page, as it is filled beside them. Does nothing for less than 33 MiB.
+void keep_from_fences(void* memory, std::size_t bytes);
+
 /// The child did not send what was asked for. what() says why, to go on after "reading it ...".
 class FenceBroken : public std::runtime_error {
   using std::runtime_error::runtime_error;

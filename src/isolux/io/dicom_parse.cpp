@@ -454,10 +454,14 @@ std::vector<Fragment> fragments_at(std::istream& stream, std::streamoff at) {
   }
 }
 
-// A file of one frame, which GDCM takes for one that it has read.
+// Takes a file made in memory for one that was read.
 class OneFrame : public gdcm::ImageReader {
  public:
-  bool read() { return ReadImage(gdcm::MediaStorage::SecondaryCaptureImageStorage); }
+  bool read(gdcm::File& file) {
+    SetFile(file);
+    GetImage().SetTransferSyntax(file.GetHeader().GetDataSetTransferSyntax());
+    return ReadImage(gdcm::MediaStorage::SecondaryCaptureImageStorage);
+  }
 };
 
 // Of several frames, where each is one piece: one at a time, so that neither the encoded nor the
@@ -472,12 +476,12 @@ bool send_one_by_one(const DicomFile& file, FrameSender& sender) {
   const auto begin = static_cast<std::streamoff>(header.GetStreamCurrentPosition());
   const std::vector<Fragment> fragments = fragments_at(*stream, begin);
   if (static_cast<long long>(fragments.size()) != file.frame_count + 1) return false;
-  gdcm::File frame_file;
-  frame_file.GetHeader().SetDataSetTransferSyntax(syntax);
+  const gdcm::SmartPointer<gdcm::File> frame_file = new gdcm::File;
+  frame_file->GetHeader().SetDataSetTransferSyntax(syntax);
   for (const gdcm::DataElement& element : header.GetFile().GetDataSet().GetDES()) {
     const bool is_of_image = element.GetTag().GetGroup() == 0x0028;
     if (is_of_image && element.GetTag() != gdcm::Tag(0x0028, 0x0008)) {
-      frame_file.GetDataSet().Insert(element);
+      frame_file->GetDataSet().Insert(element);
     }
   }
   std::vector<char> encoded;
@@ -496,10 +500,10 @@ bool send_one_by_one(const DicomFile& file, FrameSender& sender) {
     pieces->AddFragment(piece);
     gdcm::DataElement pixels(kPixelData, 0xffffffff, gdcm::VR::OB);
     pixels.SetValue(*pieces);
-    frame_file.GetDataSet().Replace(pixels);
+    frame_file->GetDataSet().Replace(pixels);
     OneFrame frame;
-    frame.SetFile(frame_file);
-    const std::string why = frame.read() ? sender.send(frame.GetImage(), 1) : "cannot be decoded";
+    const std::string why =
+        frame.read(*frame_file) ? sender.send(frame.GetImage(), 1) : "cannot be decoded";
     if (!why.empty()) {
       sender.fail(why);
       return true;

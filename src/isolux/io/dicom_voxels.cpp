@@ -6,6 +6,7 @@
 #include <map>
 #include <type_traits>
 
+#include "isolux/base/fence.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/parallel.h"
 
@@ -77,6 +78,7 @@ class Decoder {
     result = VoxelArray();
     check_memory(static_cast<double>(layers_ * layer_voxels_) * sizeof(Voxel), request_.name);
     std::vector<Voxel> voxels(layers_ * layer_voxels_);
+    keep_from_fences(voxels.data(), voxels.size() * sizeof(Voxel));
     Progress progress(request_.listener, "reading", errands_.size());
     std::atomic<bool> fits = true, any_rounds = false;
     parallel_for(errands_.size(), 1, [&](std::size_t begin, std::size_t) {

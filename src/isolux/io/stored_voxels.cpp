@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "isolux/base/error.h"
+#include "isolux/base/fence.h"
 #include "isolux/base/mapped_file.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
@@ -34,7 +35,9 @@ struct Task {
 template <typename Voxel>
 std::vector<Voxel> room_for(const Task& task) {
   check_memory(static_cast<double>(task.count) * sizeof(Voxel), task.name);
-  return std::vector<Voxel>(task.count);
+  std::vector<Voxel> voxels(task.count);
+  keep_from_fences(voxels.data(), task.count * sizeof(Voxel));
+  return voxels;
 }
 
 // Whether a voxel of this type holds the value as it is.
