@@ -51,7 +51,7 @@ Affine world_from_file(const std::string& kind, MeshSpace space) {
 // Takes in what the child sends.
 class MeshReceiver {
  public:
-  MeshReceiver(const MeshFile& file, double bytes, FenceInput& input, ReadResult& result)
+  MeshReceiver(const MeshFile& file, double bytes, Fence& input, ReadResult& result)
       : file_(file), bytes_(bytes), input_(input), result_(result) {}
 
   Mesh receive(const Affine& to_world) {
@@ -289,7 +289,7 @@ class MeshReceiver {
 
   const MeshFile& file_;
   double bytes_;
-  FenceInput& input_;
+  Fence& input_;
   ReadResult& result_;
   Mesh mesh_;
   double total_ = 0;
@@ -310,16 +310,16 @@ const char* format_name(const std::string& kind) {
   return kind == "obj" ? "OBJ" : "glTF";
 }
 
-ReadResult read(const ReadRequest& request) {
+OpenedInput open(const ReadRequest& request) {
   const std::string first_bytes = first_bytes_of(request.name);
   const double bytes = size_of(request.name);
   const MeshFile file{request.name, kind_of(request, first_bytes)};
   check_mesh_promise(file.path, file.ending, first_bytes, bytes);
-  ReadResult result{.volume = nullptr,
-                    .name = request.name,
-                    .format = format_name(file.ending),
-                    .files = {request.name},
-                    .notes = {}};
+  OpenedInput opened;
+  ReadResult& result = opened.result;
+  result.name = request.name;
+  result.format = format_name(file.ending);
+  result.files = {request.name};
   const MeshSpace space = mesh_space(file.ending, first_bytes);
   if (space == MeshSpace::kRas) result.notes.push_back("its tag says RAS: x and y were negated");
   if (result.format == "glTF") {
@@ -328,23 +328,20 @@ ReadResult read(const ReadRequest& request) {
   // assimp makes about 20 bytes of one; a second for each megabyte is ten times what it takes.
   const FenceLimits limits{.seconds = 5 + bytes / 1e6, .memory = 256e6 + 40 * bytes};
   try {
-    run_fenced(
-        limits, [&](FenceOutput& output) { import_mesh(file, output); },
-        [&](FenceInput& input) {
-          Mesh mesh =
-              MeshReceiver(file, bytes, input, result).receive(world_from_file(file.ending, space));
-          weld(mesh);
-          result.mesh = std::make_shared<const Mesh>(std::move(mesh));
-        });
+    Fence fence(limits, [&](FenceOutput& output) { import_mesh(file, output); });
+    Mesh mesh =
+        MeshReceiver(file, bytes, fence, result).receive(world_from_file(file.ending, space));
+    weld(mesh);
+    result.mesh = std::make_shared<const Mesh>(std::move(mesh));
   } catch (const FenceBroken& broken) {
     throw WorkError(file.path, std::string("reading it ") + broken.what(),
                     "the file is damaged, or not what it seems");
   }
-  return result;
+  return opened;
 }
 
 }  // namespace
 
-Format mesh_format() { return {recognises, read}; }
+Format mesh_format() { return {recognises, open}; }
 
 }  // namespace isolux

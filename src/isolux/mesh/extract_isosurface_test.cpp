@@ -144,7 +144,7 @@ TEST(ExtractIsosurface, normals_point_to_lower_values_and_out_of_the_triangles) 
 TEST(ExtractIsosurface, the_normal_at_a_vertex_is_the_contracts) {
   const Volume volume = random_volume<float>({6, 5, 4}, 4, 0, 1);
   const Mesh mesh = extract_isosurface(volume, 0.6);
-  const auto& voxels = std::get<std::vector<float>>(volume.voxels);
+  const auto& voxels = std::get<Voxels<float>>(volume.voxels);
   const VolumeView<float> view{voxels.data(), volume.dims};
   // The first vertex: on the first crossed edge along i.
   const auto is_inside = [&](int i, int j, int k) { return view.value(i, j, k) >= 0.6; };
@@ -169,8 +169,10 @@ TEST(ExtractIsosurface, cells_with_a_corner_that_is_not_finite_hold_no_surface) 
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     Volume volume = sphere_phantom(17);  // 4 mm; radius 16 mm is 4 voxels
     const Mesh whole = extract_isosurface(volume, 0.5);
-    auto& voxels = std::get<std::vector<float>>(volume.voxels);
+    const auto& whole_voxels = std::get<Voxels<float>>(volume.voxels);
+    std::vector<float> voxels(whole_voxels.begin(), whole_voxels.end());
     voxels[8 + 17 * (8 + 17 * 12)] = bad;  // the voxel (8, 8, 12), on the surface
+    volume.voxels = std::move(voxels);
     const Mesh holed = extract_isosurface(volume, 0.5);
     const MeshTopology topology = topology_of(holed);
     EXPECT_LT(holed.triangles.size(), whole.triangles.size());
