@@ -3,7 +3,6 @@
 #include <archive.h>
 #include <archive_entry.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <vector>
@@ -23,27 +22,7 @@ WorkError damaged(const std::string& path, archive* zip) {
 
 }  // namespace
 
-UnpackedZip::UnpackedZip(const std::string& path) {
-  std::error_code none;
-  std::string name = (fs::temp_directory_path(none) / "isolux-zip-XXXXXX").string();
-  if (none || !::mkdtemp(name.data())) {
-    throw WorkError(path, "cannot be unpacked: there is no temporary folder",
-                    "set TMPDIR to a folder with room");
-  }
-  folder_ = name;
-  try {
-    unpack(path);
-  } catch (...) {  // a constructor that throws has no destructor
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-    throw;
-  }
-}
-
-UnpackedZip::~UnpackedZip() {
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
-}
+UnpackedZip::UnpackedZip(const std::string& path) : scratch_("zip", path) { unpack(path); }
 
 void UnpackedZip::unpack(const std::string& path) {
   constexpr int kMostFiles = 100'000;
@@ -71,10 +50,10 @@ void UnpackedZip::unpack(const std::string& path) {
     const char* entry_name = archive_entry_pathname(entry);
     fs::path file_name = fs::path(entry_name ? entry_name : "").filename();
     if (file_name.empty() || file_name == "." || file_name == "..") file_name = "unnamed";
-    if (fs::exists(folder_ / file_name)) {
+    if (fs::exists(folder() / file_name)) {
       file_name = std::to_string(file_count_) + "-" + file_name.string();
     }
-    std::ofstream file(folder_ / file_name, std::ios::binary);
+    std::ofstream file(folder() / file_name, std::ios::binary);
     while (true) {
       const la_ssize_t got = archive_read_data(zip.get(), piece.data(), piece.size());
       if (got < 0) throw damaged(path, zip.get());

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include "isolux/base/scratch_folder.h"
+
 namespace isolux {
 
 /// The files of a zip archive in a new private folder, which goes when this does. Of their names
@@ -13,17 +15,14 @@ class UnpackedZip {
   /// @throws WorkError  where the archive is damaged, is encrypted, unpacks to more than 64 MB and
   /// 200 times its size, or has more than a hundred thousand files.
   explicit UnpackedZip(const std::string& path);
-  ~UnpackedZip();
-  UnpackedZip(const UnpackedZip&) = delete;
-  UnpackedZip& operator=(const UnpackedZip&) = delete;
 
-  const std::filesystem::path& folder() const { return folder_; }
+  const std::filesystem::path& folder() const { return scratch_.path(); }
   int file_count() const { return file_count_; }
 
  private:
   void unpack(const std::string& path);
 
-  std::filesystem::path folder_;
+  ScratchFolder scratch_;
   int file_count_ = 0;
 };
 

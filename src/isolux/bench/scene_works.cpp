@@ -1,0 +1,108 @@
+#include "isolux/bench/scene_works.h"
+
+#include <memory>
+
+#include "isolux/bench/limits.h"
+#include "isolux/bench/ray_sets.h"
+#include "isolux/bench/timing.h"
+#include "isolux/volume/brick_grid.h"
+
+namespace isolux {
+
+double iso_of_turn(double iso, int turn) { return iso * (1 + 1e-4 * (turn + 1)); }
+
+Vec3 lamp_of_turn(const Scene& scene, int turn) {
+  const auto corners = box_corners(*scene.surfaces[0].volume);
+  const double size = length(corners[7] - corners[0]);
+  return scene.camera->world_from_camera().point({-size - turn, 1.3 * size, 0.2 * size});
+}
+
+Work bricks_work(OwnRenderer& renderer, int turns) {
+  const std::shared_ptr<const Volume> volume = renderer.scene().surfaces[0].volume;
+  return {"min-max bricks",
+          turns,
+          [=](int) { return milliseconds([&] { BrickGrid bricks(*volume); }); },
+          {{"every voxel read once",
+            [=](int) { return milliseconds([&] { read_voxels_once(*volume); }); }}}};
+}
+
+Work visibility_work(OwnRenderer& renderer, int turns) {
+  return {"visibility", turns, [&](int) { return milliseconds([&] { renderer.trace(); }); }};
+}
+
+Work lighting_work(OwnRenderer& renderer, int turns) {
+  return {"lighting", turns, [&](int) { return milliseconds([&] { renderer.relight(); }); }};
+}
+
+Work display_work(OwnRenderer& renderer, int turns) {
+  return {"display", turns, [&](int) { return milliseconds([&] { renderer.show(); }); }};
+}
+
+Work frame_work(OwnRenderer& renderer, int turns) {
+  return {"frame", turns, [&](int) { return milliseconds([&] { renderer.frame(); }); }};
+}
+
+Work lamp_work(OwnRenderer& renderer, int turns) {
+  const auto limit = std::make_shared<RelightingLimit>(renderer.surfaces());
+  return {"lamp moved",
+          turns,
+          [&](int turn) {
+            renderer.set_lamp(lamp_of_turn(renderer.scene(), turn));
+            return milliseconds([&] {
+              renderer.relight();
+              renderer.show();
+            });
+          },
+          {{"the same bytes streamed", [=](int) { return milliseconds([&] { limit->run(); }); }}}};
+}
+
+Work iso_work(OwnRenderer& renderer, int turns) {
+  const double iso = renderer.scene().surfaces[0].iso;
+  return {"new iso value", turns, [&renderer, iso](int turn) {
+            renderer.set_iso(iso_of_turn(iso, turn));
+            return milliseconds([&] {
+              renderer.prepare();
+              renderer.frame();
+            });
+          }};
+}
+
+Work first_picture_work(OwnRenderer& renderer, int turns) {
+  return {"first picture", turns, [&](int) {
+            OwnRenderer fresh(renderer.scene());
+            return milliseconds([&] {
+              fresh.prepare();
+              fresh.frame();
+            });
+          }};
+}
+
+Work rays_work(const std::string& name, OwnRenderer& renderer, std::vector<Ray> rays, int turns) {
+  const double count = static_cast<double>(rays.size());
+  const auto kept = std::make_shared<const std::vector<Ray>>(std::move(rays));
+  return {
+      .name = name,
+      .turns = turns,
+      .ms = [&renderer, kept](int) { return milliseconds([&] { renderer.count_hits(*kept); }); },
+      .rays = count};
+}
+
+std::vector<Work> scene_works(OwnRenderer& renderer, int turns) {
+  const Camera& camera = *renderer.scene().camera;
+  const SurfaceBuffer& surfaces = renderer.surfaces();
+  return {
+      bricks_work(renderer, turns),
+      visibility_work(renderer, turns),
+      lighting_work(renderer, turns),
+      display_work(renderer, turns),
+      frame_work(renderer, turns),
+      rays_work("incoherent rays", renderer, cosine_rays(camera, surfaces), turns),
+      rays_work("shadow rays", renderer,
+                shadow_rays(camera, surfaces, lamp_of_turn(renderer.scene(), 0)), turns),
+      lamp_work(renderer, turns),
+      iso_work(renderer, turns),
+      first_picture_work(renderer, turns),
+  };
+}
+
+}  // namespace isolux
