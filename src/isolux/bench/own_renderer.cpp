@@ -74,7 +74,8 @@ Scene bench_scene(const std::shared_ptr<const Volume>& volume, double iso, int w
   description.width = width;
   description.height = height;
   const auto corners = box_corners(*volume);
-  description.camera = described(orbit_view(corners[7] - corners[0], 0));
+  const View view = orbit_view(corners[7] - corners[0], 0);
+  description.camera = described({view.eye + corners[0], view.target + corners[0], view.fov_deg});
   description.surfaces = {{.iso = iso, .input = {}, .material = {}}};
   return resolve(description, {volume});
 }

@@ -44,15 +44,16 @@ pid_t spawn_on_socket(const std::vector<std::string>& command, int socket, const
   const int error =
       posix_spawn(&process, command[0].c_str(), &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
-  if (error != 0)
+  if (error != 0) {
     throw WorkError(command[0], std::strerror(error), "build it; see bench/README.md");
+  }
   return process;
 }
 
 }  // namespace
 
-Peer::Peer(const std::vector<std::string>& command, const std::string& log)
-    : name_(command[0].substr(command[0].rfind('/') + 1)), log_(log) {
+Peer::Peer(const std::string& name, const std::vector<std::string>& command, const std::string& log)
+    : name_(name), log_(log) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
     throw WorkError(name_, std::strerror(errno), "the machine has run out of files");
@@ -110,7 +111,7 @@ std::string Peer::receive_line() {
   }
 }
 
-std::vector<double> Peer::ask(const std::string& request) {
+std::vector<double> Peer::ask(const std::string& request, std::size_t least) {
   const std::string line = request + "\n";
   if (::send(socket_, line.data(), line.size(), MSG_NOSIGNAL) !=
       static_cast<ssize_t>(line.size())) {
@@ -120,9 +121,11 @@ std::vector<double> Peer::ask(const std::string& request) {
   std::istringstream words(answer);
   std::string first;
   words >> first;
-  if (first != "ok") fail("it answered '" + answer + "' to '" + request + "'");
   std::vector<double> numbers;
   for (double number = 0; words >> number;) numbers.push_back(number);
+  if (first != "ok" || numbers.size() < least) {
+    fail("it answered '" + answer + "' to '" + request + "'");
+  }
   return numbers;
 }
 

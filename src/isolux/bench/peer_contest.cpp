@@ -129,7 +129,7 @@ class Subject {
       if (rival.is_control && !with_controls) continue;
       Peer& peer = *rival.peer;
       const int every = rival.is_slow ? (turns + kFewTurns - 1) / kFewTurns : 1;
-      const double hits = peer.ask(frame_request(view_of(box_mm_, 0))).at(1);
+      const double hits = peer.ask(frame_request(view_of(box_mm_, 0)), 2)[1];
       work.others.push_back({peer.name(),
                              [&peer, this, view_of](int turn) {
                                return peer.ask_ms(frame_request(view_of(box_mm_, turn)));
@@ -159,10 +159,11 @@ class Subject {
     for (Rival& rival : rivals_.all()) {
       if (rival.is_control) continue;
       Peer& peer = *rival.peer;
-      work.others.push_back({peer.name() + ", whole frame", [&peer, this](int turn) {
-                               peer.ask("lamp " + words(lamp_of_turn(renderer_.scene(), turn)));
-                               return peer.ask_ms(frame_request(orbit_view(box_mm_, 0)));
-                             }});
+      const auto draw_under_lamp = [&peer, this](int turn) {
+        peer.ask("lamp " + words(lamp_of_turn(renderer_.scene(), turn)));
+        return peer.ask_ms(frame_request(orbit_view(box_mm_, 0)));
+      };
+      work.others.push_back({peer.name(), draw_under_lamp, 1, "whole frame"});
     }
     return work;
   }

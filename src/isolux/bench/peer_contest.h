@@ -13,6 +13,7 @@ namespace isolux {
 struct ContestOptions {
   std::string peers_folder;
   std::string pictures_folder;  ///< where every side's pictures are kept as PNG; empty: nowhere
+  std::string other_isolux;     ///< another build of isolux to take turns with; empty: none
   std::vector<std::string> own_options;  ///< of this run, for further processes of isolux
   int threads = 1;
   int turns = 1;

@@ -1,5 +1,6 @@
 #include "isolux/bench/ray_sets.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -14,6 +15,7 @@ namespace isolux {
 namespace {
 
 constexpr double kLift = 0.5;  // mm
+constexpr int kBlock = 4;      // pixels
 
 using StoredRay = std::array<float, 6>;
 
@@ -36,13 +38,18 @@ using DirectionAt = std::function<Vec3(std::size_t pixel, Vec3 origin, Vec3 norm
 std::vector<Ray> rays_from_hits(const Camera& camera, const SurfaceBuffer& buffer,
                                 const DirectionAt& direction_at) {
   std::vector<Ray> rays;
-  for (int y = 0; y < buffer.height; ++y) {
-    for (int x = 0; x < buffer.width; ++x) {
-      const std::size_t pixel = buffer.at(x, y);
-      const SurfaceSample sample = buffer.sample(pixel);
-      if (!sample.is_hit()) continue;
-      const Vec3 origin = camera.ray(x, y).at(sample.depth_mm) + kLift * sample.normal();
-      rays.push_back({origin, direction_at(pixel, origin, sample.normal())});
+  const auto add = [&](int x, int y) {
+    const std::size_t pixel = buffer.at(x, y);
+    const SurfaceSample sample = buffer.sample(pixel);
+    if (!sample.is_hit()) return;
+    const Vec3 origin = camera.ray(x, y).at(sample.depth_mm) + kLift * sample.normal();
+    rays.push_back({origin, direction_at(pixel, origin, sample.normal())});
+  };
+  for (int y0 = 0; y0 < buffer.height; y0 += kBlock) {
+    for (int x0 = 0; x0 < buffer.width; x0 += kBlock) {
+      for (int y = y0; y < std::min(y0 + kBlock, buffer.height); ++y) {
+        for (int x = x0; x < std::min(x0 + kBlock, buffer.width); ++x) add(x, y);
+      }
     }
   }
   return rays;

@@ -7,9 +7,9 @@
 #include "isolux/render/surface_buffer.h"
 #include "isolux/scene/camera.h"
 
-// Rays that start at what a picture shows: one for each pixel that is hit, in the order of pixels,
-// from half a millimetre above the surface. So far off, a mesh of the surface lies behind as well,
-// and the same rays can be given to a peer.
+// Rays that start at what a picture shows: one for each pixel that is hit, from half a millimetre
+// above the surface. So far off, a mesh of the surface lies behind as well, and the same rays can
+// be given to a peer. They come in blocks of 4x4 pixels, so that neighbours can go in one packet.
 
 namespace isolux {
 

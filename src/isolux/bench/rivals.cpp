@@ -19,28 +19,34 @@ Rivals::Rivals(const ContestOptions& options, const ScratchFolder& scratch)
   const std::string embree = options.peers_folder + "/embree_peer";
   const std::string vtk = options.peers_folder + "/vtk_peer";
   const std::string threads = std::to_string(options.threads);
-  start({vtk, "mesh", threads}, {.makes_mesh = true, .is_slow = true});
-  start({vtk, "volume", threads}, {.is_slow = true});
-  start({vtk, "step", threads}, {.is_slow = true});
+  start("VTK mesh", {vtk, "mesh", threads}, {.makes_mesh = true, .is_slow = true});
+  start("VTK volume, ct-head", {vtk, "volume", threads}, {.is_slow = true});
+  start("VTK volume, opaque step", {vtk, "step", threads}, {.is_slow = true});
   if (std::ranges::any_of(rivals_, &Rival::makes_mesh)) {
-    start({embree, threads}, {.takes_mesh = true, .traces_rays = true});
+    start("Embree", {embree, threads}, {.takes_mesh = true, .traces_rays = true});
     std::ranges::rotate(rivals_, rivals_.end() - 1);  // it is told first
   } else {
     options.tell("left out: Embree: it draws the mesh that VTK extracts");
   }
-  const auto start_isolux = [&](const std::string& name, std::vector<std::string> extra) {
-    std::vector<std::string> command{"/proc/self/exe", "bench", "--as-peer", name};
+  const auto start_isolux = [&](const std::string& program, const std::string& name,
+                                const std::vector<std::string>& extra, Rival traits) {
+    std::vector<std::string> command{program, "bench", "--as-peer", name};
     command.insert(command.end(), extra.begin(), extra.end());
-    start(command, {.is_control = true});
+    start(name, command, std::move(traits));
   };
-  start_isolux("isolux again", options.own_options);
-  start_isolux("isolux, 1 thread", {"--threads", "1"});
-  start_isolux("isolux, --isa avx2", {"--threads", threads, "--isa", "avx2"});
+  if (!options.other_isolux.empty()) {
+    start_isolux(options.other_isolux, "other isolux", options.own_options, {.traces_rays = true});
+  }
+  const std::string self = "/proc/self/exe";
+  start_isolux(self, "isolux again", options.own_options, {.is_control = true});
+  start_isolux(self, "isolux, 1 thread", {"--threads", "1"}, {.is_control = true});
+  start_isolux(self, "isolux, --isa avx2", {"--threads", threads, "--isa", "avx2"},
+               {.is_control = true});
 }
 
-void Rivals::start(const std::vector<std::string>& command, Rival traits) {
+void Rivals::start(const std::string& name, const std::vector<std::string>& command, Rival traits) {
   try {
-    traits.peer = std::make_unique<Peer>(command, log_file_ + std::to_string(rivals_.size()));
+    traits.peer = std::make_unique<Peer>(name, command, log_file_ + std::to_string(rivals_.size()));
     traits.peer->ask("size " + std::to_string(options_.width) + " " +
                      std::to_string(options_.height));
     rivals_.push_back(std::move(traits));

@@ -37,7 +37,7 @@ class Rivals {
   double set_iso(Rival& rival, double iso);
 
  private:
-  void start(const std::vector<std::string>& command, Rival traits);
+  void start(const std::string& name, const std::vector<std::string>& command, Rival traits);
   /// The mesh goes to mesh_file_; how long the extraction took, in ms.
   double extract_mesh(double iso);
 

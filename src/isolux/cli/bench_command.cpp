@@ -63,6 +63,7 @@ std::vector<Section> measured_with_peers(const LoadedScene& loaded, const Comman
   options.peers_folder = arguments.has("peers-in")
                              ? arguments.at("peers-in")
                              : find_option(command.options, "peers-in")->default_text;
+  if (arguments.has("against")) options.other_isolux = arguments.at("against");
   if (arguments.has("pictures")) options.pictures_folder = arguments.at("pictures");
   for (const char* name : {"threads", "isa"}) {
     if (!arguments.has(name)) continue;
