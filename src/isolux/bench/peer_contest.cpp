@@ -139,7 +139,7 @@ class Subject {
     return work;
   }
 
-  Work ray_work(const std::string& name, const std::string& request, std::vector<Ray> rays,
+  Work ray_work(const std::string& name, const std::string& request, const std::vector<Ray>& rays,
                 int turns) {
     const std::string file = scratch_.path() / request;
     write_rays(file, rays);

@@ -24,7 +24,7 @@ Rivals::Rivals(const ContestOptions& options, const ScratchFolder& scratch)
   start("VTK volume, opaque step", {vtk, "step", threads}, {.is_slow = true});
   if (std::ranges::any_of(rivals_, &Rival::makes_mesh)) {
     start("Embree", {embree, threads}, {.takes_mesh = true, .traces_rays = true});
-    std::ranges::rotate(rivals_, rivals_.end() - 1);  // it is told first
+    std::rotate(rivals_.begin(), rivals_.end() - 1, rivals_.end());  // it is told first
   } else {
     options.tell("left out: Embree: it draws the mesh that VTK extracts");
   }
