@@ -7,7 +7,7 @@ import unittest
 from isolux import PROGRAM, USAGE, WORK, TestCase
 from pictures import BLOB_DIMS, blob, grid
 
-SCENE_WORKS = ["min-max bricks", "visibility", "lighting", "display", "frame", "incoherent rays",
+SCENE_WORKS = ["min-max bricks", "visibility", "display", "frame", "incoherent rays",
                "shadow rays", "lamp moved", "new iso value", "first picture"]
 PEER_WORKS = ["orbit", "close view", "inside view", "incoherent rays", "shadow rays", "lamp moved",
               "new iso value", "first picture", "min-max bricks"]

@@ -7,6 +7,7 @@
 #include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
 #include "isolux/bench/line_protocol.h"
+#include "isolux/bench/loose_rays.h"
 #include "isolux/bench/own_renderer.h"
 #include "isolux/bench/ppm.h"
 #include "isolux/bench/ray_sets.h"
@@ -85,8 +86,9 @@ class OwnPeer {
     std::string path;
     words >> path;
     const std::vector<Ray> rays = read_rays(path);
+    const LooseRays tracer(renderer().scene().surfaces[0]);
     std::size_t hits = 0;
-    const double ms = milliseconds([&] { hits = renderer().count_hits(rays); });
+    const double ms = milliseconds([&] { hits = tracer.count_hits(rays); });
     return to_text(ms) + " " + std::to_string(hits);
   }
 

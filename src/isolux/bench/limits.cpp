@@ -38,12 +38,10 @@ std::uint64_t read_voxels_once(const Volume& volume) {
   return sum;
 }
 
-RelightingLimit::RelightingLimit(const SurfaceBuffer& buffer)
-    : written_(3 * buffer.surface.size()) {
-  const auto missed = std::ranges::count(buffer.surface, SurfaceSample::kNothing);
-  const std::size_t hit = buffer.surface.size() - static_cast<std::size_t>(missed);
-  read_.assign(hit * bytes_per_pixel(buffer) / sizeof read_[0], 1);
-}
+RelightingLimit::RelightingLimit(const SurfaceBuffer& buffer, std::size_t hit_pixels)
+    : read_(hit_pixels * bytes_per_pixel(buffer) / sizeof(std::uint64_t) + buffer.hits.size(), 1),
+      written_(3 * static_cast<std::size_t>(buffer.width()) *
+               static_cast<std::size_t>(buffer.height())) {}
 
 void RelightingLimit::run() {
   const std::size_t pixels = written_.size() / 3;

@@ -19,7 +19,7 @@ std::uint64_t read_voxels_once(const Volume& volume);
 /// RGB picture of its size.
 class RelightingLimit {
  public:
-  explicit RelightingLimit(const SurfaceBuffer& buffer);
+  RelightingLimit(const SurfaceBuffer& buffer, std::size_t hit_pixels);
   void run();
 
  private:

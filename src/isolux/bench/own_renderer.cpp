@@ -1,10 +1,5 @@
 #include "isolux/bench/own_renderer.h"
 
-#include <algorithm>
-#include <atomic>
-
-#include "isolux/base/parallel.h"
-#include "isolux/render/pictures.h"
 #include "isolux/scene/description.h"
 
 namespace isolux {
@@ -41,30 +36,25 @@ void OwnRenderer::set_lamp(std::optional<Vec3> at) {
 
 void OwnRenderer::prepare() { caster_ = RayCaster(scene_, caster_ ? &*caster_ : nullptr); }
 
-void OwnRenderer::trace() { buffer_ = caster_->cast(*scene_.camera); }
+void OwnRenderer::trace() {
+  if (!buffer_) buffer_.emplace(scene_.camera->width(), scene_.camera->height());
+  caster_->cast(*scene_.camera, *buffer_);
+}
 
-void OwnRenderer::relight() { radiance_ = light(scene_, *buffer_); }
+void OwnRenderer::relight() { picture_.relight(scene_, *buffer_); }
 
-void OwnRenderer::show() { picture_ = displayed_picture(scene_, *radiance_); }
+void OwnRenderer::redisplay() { picture_.redisplay(scene_, *buffer_); }
 
 void OwnRenderer::frame() {
   trace();
   relight();
-  show();
 }
 
 std::size_t OwnRenderer::hit_pixels() const {
-  return buffer_->surface.size() -
-         static_cast<std::size_t>(std::ranges::count(buffer_->surface, SurfaceSample::kNothing));
-}
-
-std::size_t OwnRenderer::count_hits(const std::vector<Ray>& rays) const {
-  std::atomic<std::size_t> hits{0};
-  parallel_for(rays.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    std::size_t met = 0;
-    for (std::size_t n = begin; n < end; ++n) met += caster_->first_hit(rays[n]).has_value();
-    hits += met;
-  });
+  std::size_t hits = 0;
+  for (int y = 0; y < buffer_->height(); ++y) {
+    for (int x = 0; x < buffer_->width(); ++x) hits += buffer_->is_hit(buffer_->at(x, y));
+  }
   return hits;
 }
 

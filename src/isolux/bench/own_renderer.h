@@ -2,20 +2,18 @@
 
 #include <memory>
 #include <optional>
-#include <vector>
 
-#include "isolux/base/ray.h"
 #include "isolux/bench/framing.h"
 #include "isolux/image/picture.h"
-#include "isolux/render/lighting.h"
 #include "isolux/render/ray_caster.h"
+#include "isolux/render/relight.h"
 #include "isolux/render/surface_buffer.h"
 #include "isolux/scene/scene.h"
 
 namespace isolux {
 
-/// The steps of a frame as isolux does them, each a call of its own so that it can be timed.
-/// Nothing is kept from one frame to the next but what `prepare` makes.
+/// The steps of a frame as isolux does them, each a call of its own so that it can be timed. No
+/// answer is kept from one frame to the next.
 class OwnRenderer {
  public:
   explicit OwnRenderer(Scene scene);
@@ -32,23 +30,22 @@ class OwnRenderer {
   /// What the iso value needs; the min-max bricks of the volume are made at the first call alone.
   void prepare();
   void trace();
+  /// Lighting and display, which go in one pass.
   void relight();
-  void show();
-  /// The last three.
+  /// Display alone, of what has been lit.
+  void redisplay();
+  /// What a new view needs: trace and relight.
   void frame();
 
   const SurfaceBuffer& surfaces() const { return *buffer_; }
-  const Picture& picture() const { return picture_; }
+  const Picture& picture() const { return picture_.picture(); }
   std::size_t hit_pixels() const;
-  /// How many of the rays meet a surface, on all threads.
-  std::size_t count_hits(const std::vector<Ray>& rays) const;
 
  private:
   Scene scene_;
   std::optional<RayCaster> caster_;
   std::optional<SurfaceBuffer> buffer_;
-  std::optional<Radiance> radiance_;
-  Picture picture_;
+  LitPicture picture_;
 };
 
 /// Isosurface `iso` of a volume in white under a headlight, seen from its orbit.

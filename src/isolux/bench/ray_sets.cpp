@@ -45,10 +45,10 @@ std::vector<Ray> rays_from_hits(const Camera& camera, const SurfaceBuffer& buffe
     const Vec3 origin = camera.ray(x, y).at(sample.depth_mm) + kLift * sample.normal();
     rays.push_back({origin, direction_at(pixel, origin, sample.normal())});
   };
-  for (int y0 = 0; y0 < buffer.height; y0 += kBlock) {
-    for (int x0 = 0; x0 < buffer.width; x0 += kBlock) {
-      for (int y = y0; y < std::min(y0 + kBlock, buffer.height); ++y) {
-        for (int x = x0; x < std::min(x0 + kBlock, buffer.width); ++x) add(x, y);
+  for (int y0 = 0; y0 < buffer.height(); y0 += kBlock) {
+    for (int x0 = 0; x0 < buffer.width(); x0 += kBlock) {
+      for (int y = y0; y < std::min(y0 + kBlock, buffer.height()); ++y) {
+        for (int x = x0; x < std::min(x0 + kBlock, buffer.width()); ++x) add(x, y);
       }
     }
   }

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "isolux/bench/limits.h"
+#include "isolux/bench/loose_rays.h"
 #include "isolux/bench/ray_sets.h"
 #include "isolux/bench/timing.h"
 #include "isolux/volume/brick_grid.h"
@@ -30,12 +31,8 @@ Work visibility_work(OwnRenderer& renderer, int turns) {
   return {"visibility", turns, [&](int) { return milliseconds([&] { renderer.trace(); }); }};
 }
 
-Work lighting_work(OwnRenderer& renderer, int turns) {
-  return {"lighting", turns, [&](int) { return milliseconds([&] { renderer.relight(); }); }};
-}
-
 Work display_work(OwnRenderer& renderer, int turns) {
-  return {"display", turns, [&](int) { return milliseconds([&] { renderer.show(); }); }};
+  return {"display", turns, [&](int) { return milliseconds([&] { renderer.redisplay(); }); }};
 }
 
 Work frame_work(OwnRenderer& renderer, int turns) {
@@ -43,15 +40,12 @@ Work frame_work(OwnRenderer& renderer, int turns) {
 }
 
 Work lamp_work(OwnRenderer& renderer, int turns) {
-  const auto limit = std::make_shared<RelightingLimit>(renderer.surfaces());
+  const auto limit = std::make_shared<RelightingLimit>(renderer.surfaces(), renderer.hit_pixels());
   return {"lamp moved",
           turns,
           [&](int turn) {
             renderer.set_lamp(lamp_of_turn(renderer.scene(), turn));
-            return milliseconds([&] {
-              renderer.relight();
-              renderer.show();
-            });
+            return milliseconds([&] { renderer.relight(); });
           },
           {{"the same bytes streamed", [=](int) { return milliseconds([&] { limit->run(); }); }}}};
 }
@@ -77,14 +71,15 @@ Work first_picture_work(OwnRenderer& renderer, int turns) {
           }};
 }
 
-Work rays_work(const std::string& name, OwnRenderer& renderer, std::vector<Ray> rays, int turns) {
+Work rays_work(const std::string& name, const OwnRenderer& renderer, std::vector<Ray> rays,
+               int turns) {
   const double count = static_cast<double>(rays.size());
   const auto kept = std::make_shared<const std::vector<Ray>>(std::move(rays));
-  return {
-      .name = name,
-      .turns = turns,
-      .ms = [&renderer, kept](int) { return milliseconds([&] { renderer.count_hits(*kept); }); },
-      .rays = count};
+  const auto tracer = std::make_shared<const LooseRays>(renderer.scene().surfaces[0]);
+  return {.name = name,
+          .turns = turns,
+          .ms = [tracer, kept](int) { return milliseconds([&] { tracer->count_hits(*kept); }); },
+          .rays = count};
 }
 
 std::vector<Work> scene_works(OwnRenderer& renderer, int turns) {
@@ -93,7 +88,6 @@ std::vector<Work> scene_works(OwnRenderer& renderer, int turns) {
   return {
       bricks_work(renderer, turns),
       visibility_work(renderer, turns),
-      lighting_work(renderer, turns),
       display_work(renderer, turns),
       frame_work(renderer, turns),
       rays_work("incoherent rays", renderer, cosine_rays(camera, surfaces), turns),

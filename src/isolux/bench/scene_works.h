@@ -12,16 +12,17 @@ namespace isolux {
 
 Work bricks_work(OwnRenderer& renderer, int turns);
 Work visibility_work(OwnRenderer& renderer, int turns);
-Work lighting_work(OwnRenderer& renderer, int turns);
 Work display_work(OwnRenderer& renderer, int turns);
 Work frame_work(OwnRenderer& renderer, int turns);
-/// Lighting and display again, from the surfaces that are kept.
+/// Lighting and display again, which go in one pass, from the surfaces that are kept.
 Work lamp_work(OwnRenderer& renderer, int turns);
 /// From another iso value to the picture.
 Work iso_work(OwnRenderer& renderer, int turns);
 /// From the voxels to the picture.
 Work first_picture_work(OwnRenderer& renderer, int turns);
-Work rays_work(const std::string& name, OwnRenderer& renderer, std::vector<Ray> rays, int turns);
+/// Whether rays of no picture meet the scene's first surface.
+Work rays_work(const std::string& name, const OwnRenderer& renderer, std::vector<Ray> rays,
+               int turns);
 
 /// All of them.
 std::vector<Work> scene_works(OwnRenderer& renderer, int turns);

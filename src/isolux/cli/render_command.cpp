@@ -15,6 +15,7 @@
 #include "isolux/io/provenance.h"
 #include "isolux/render/pictures.h"
 #include "isolux/render/ray_caster.h"
+#include "isolux/render/relight.h"
 #include "isolux/scene/document.h"
 #include "isolux/volume/statistics.h"
 
@@ -34,7 +35,10 @@ void check_picture_memory(const SceneDescription& scene, bool is_exr) {
 }
 
 void warn_about_unseen(const LoadedScene& loaded, const SurfaceBuffer& buffer) {
-  const std::set<std::int32_t> seen(buffer.surface.begin(), buffer.surface.end());
+  std::set<std::int32_t> seen;
+  for (std::size_t place = 0; place < buffer.pixels(); ++place) {
+    if (buffer.is_hit(place)) seen.insert(buffer.surface[place]);
+  }
   for (std::size_t n = 0; n < loaded.scene.surfaces.size(); ++n) {
     if (seen.contains(static_cast<std::int32_t>(n))) continue;
     const IsoSurfaceItem& item = loaded.scene.surfaces[n];
@@ -67,7 +71,6 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
       std::launch::async, [&] { return all_checksums(loaded.inputs, loaded.description.inputs); });
   const Scene& scene = loaded.scene;
   const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera, progress_bar(arguments));
-  const Radiance radiance = light(scene, buffer);
   warn_about_unseen(loaded, buffer);
 
   const std::vector<InputChecksums> found = checksums.get();
@@ -83,9 +86,10 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
   }
   const Metadata metadata = provenance(ISOLUX_VERSION, with_defaults(loaded.document), found);
   const bool is_srgb = scene.display.curve == Display::Curve::kSrgb;
-  write_whole_file(output, wants_exr(output)
-                               ? encode_exr(exr_layers(scene, buffer, radiance), metadata)
-                               : encode_png(displayed_picture(scene, radiance), metadata, is_srgb));
+  write_whole_file(output,
+                   wants_exr(output)
+                       ? encode_exr(exr_layers(scene, buffer, light(scene, buffer)), metadata)
+                       : encode_png(LitPicture().relight(scene, buffer), metadata, is_srgb));
 }
 
 int render_again(const Arguments& arguments, const std::string& output) {

@@ -1,15 +1,11 @@
 #pragma once
 
 #include "isolux/image/layers.h"
-#include "isolux/image/picture.h"
 #include "isolux/render/lighting.h"
 #include "isolux/render/surface_buffer.h"
 #include "isolux/scene/scene.h"
 
 namespace isolux {
-
-/// The 8-bit picture that a viewer shows and a PNG holds.
-Picture displayed_picture(const Scene& scene, const Radiance& radiance);
 
 /// All channels of the EXR file, as the contract's section 7 names them; no NaN in any.
 Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radiance& radiance);

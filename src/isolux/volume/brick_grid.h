@@ -27,6 +27,7 @@ class BrickGrid {
   static double bytes(const std::array<int, 3>& volume_dims);
 
   const std::array<int, 3>& dims() const { return dims_; }  ///< bricks along i, j, k
+  const std::vector<BrickRange>& ranges() const { return ranges_; }
   const BrickRange& at(const std::array<int, 3>& brick) const {
     return ranges_[index(brick[0], brick[1], brick[2])];
   }
