@@ -14,7 +14,8 @@ Work bricks_work(OwnRenderer& renderer, int turns);
 Work visibility_work(OwnRenderer& renderer, int turns);
 Work display_work(OwnRenderer& renderer, int turns);
 Work frame_work(OwnRenderer& renderer, int turns);
-/// Lighting and display again, which go in one pass, from the surfaces that are kept.
+/// Lighting and display again, which go in one pass, from the surfaces that are kept: one of ten
+/// moves in a row.
 Work lamp_work(OwnRenderer& renderer, int turns);
 /// From another iso value to the picture.
 Work iso_work(OwnRenderer& renderer, int turns);
