@@ -73,6 +73,19 @@ std::string percent(double part, double whole) {
   return text;
 }
 
+// Whether the view stands where the values are above the iso value: an eye in a body that is full
+// sees nothing of its surface.
+bool is_in_body(const Volume& volume, double iso, const View& view) {
+  const Vec3 index = inverse(volume.world_from_index).point(view.eye);
+  return visit_voxels(volume, [&](const auto& v) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (index[axis] < 0 || index[axis] > v.dims[static_cast<std::size_t>(axis)] - 1) return false;
+    }
+    return v.value(static_cast<int>(index.x), static_cast<int>(index.y),
+                   static_cast<int>(index.z)) >= iso;
+  });
+}
+
 // One isosurface of one volume, by isolux and by its rivals.
 class Subject {
  public:
@@ -127,6 +140,7 @@ class Subject {
     keep_picture(name, "isolux", renderer_.picture());
     for (Rival& rival : rivals_.all()) {
       if (rival.is_control && !with_controls) continue;
+      if (rival.fills_inside && is_in_body(volume(), iso_, view_of(box_mm_, 0))) continue;
       Peer& peer = *rival.peer;
       const int every = rival.is_slow ? (turns + kFewTurns - 1) / kFewTurns : 1;
       const double hits = peer.ask(frame_request(view_of(box_mm_, 0)), 2)[1];
@@ -204,6 +218,8 @@ class Subject {
     std::ranges::replace(name, ' ', '_');
     write_whole_file(options_.pictures_folder + "/" + name + ".png", encode_png(picture, {}, true));
   }
+
+  const Volume& volume() const { return *renderer_.scene().surfaces[0].volume; }
 
   std::string name_;
   double iso_;

@@ -21,7 +21,7 @@ Rivals::Rivals(const ContestOptions& options, const ScratchFolder& scratch)
   const std::string threads = std::to_string(options.threads);
   start("VTK mesh", {vtk, "mesh", threads}, {.makes_mesh = true, .is_slow = true});
   start("VTK volume, ct-head", {vtk, "volume", threads}, {.is_slow = true});
-  start("VTK volume, opaque step", {vtk, "step", threads}, {.is_slow = true});
+  start("VTK volume, opaque step", {vtk, "step", threads}, {.fills_inside = true, .is_slow = true});
   if (std::ranges::any_of(rivals_, &Rival::makes_mesh)) {
     start("Embree", {embree, threads}, {.takes_mesh = true, .traces_rays = true});
     std::rotate(rivals_.begin(), rivals_.end() - 1, rivals_.end());  // it is told first

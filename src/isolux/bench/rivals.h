@@ -15,11 +15,12 @@ struct ContestOptions;
 /// A peer, and what it can do and needs.
 struct Rival {
   std::unique_ptr<Peer> peer = {};
-  bool takes_mesh = false;   ///< draws the mesh that another peer extracts; no volume
-  bool makes_mesh = false;   ///< can write its surface as a mesh
-  bool traces_rays = false;  ///< answers `rays` and `shadows`
-  bool is_slow = false;      ///< a frame takes it several tenths of a second
-  bool is_control = false;   ///< isolux in another process, threads or instruction set
+  bool takes_mesh = false;    ///< draws the mesh that another peer extracts; no volume
+  bool makes_mesh = false;    ///< can write its surface as a mesh
+  bool fills_inside = false;  ///< shows what is above the iso value as a body, not as a surface
+  bool traces_rays = false;   ///< answers `rays` and `shadows`
+  bool is_slow = false;       ///< a frame takes it several tenths of a second
+  bool is_control = false;    ///< isolux in another process, threads or instruction set
 };
 
 /// All peers that could be started.
