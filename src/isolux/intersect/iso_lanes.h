@@ -11,7 +11,7 @@ namespace isolux {
 /// Rays side by side, in the index space of a volume. What one lane holds has no influence on the
 /// answer of another.
 struct RayLanes {
-  static constexpr int kCount = 16;
+  static constexpr int kCount = 32;
 
   alignas(64) double origin[3][kCount];
   alignas(64) double direction[3][kCount];  ///< of any length but zero; t counts in it

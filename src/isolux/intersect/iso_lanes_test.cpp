@@ -46,7 +46,7 @@ Disagreements compare(const Volume& volume, double iso, int packets, NextRay nex
       rays.begin[n] = 0;
       rays.end[n] = std::numeric_limits<float>::infinity();
     }
-    lanes.first_hits(rays, 0xFFFF, hits);
+    lanes.first_hits(rays, ~0u, hits);
     for (int n = 0; n < RayLanes::kCount; ++n) {
       ++result.rays;
       const auto expected = oracle.first_hit_in_index_space(ray[n], kInfinity);

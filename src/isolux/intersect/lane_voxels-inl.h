@@ -16,7 +16,7 @@ HWY_BEFORE_NAMESPACE();
 namespace isolux::lanes::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr hn::CappedTag<float, RayLanes::kCount> kF;
+constexpr hn::CappedTag<float, 16> kF;
 constexpr hn::RebindToSigned<decltype(kF)> kI;
 constexpr hn::Half<decltype(kF)> kHalfF;
 constexpr hn::Rebind<double, decltype(kHalfF)> kD;

@@ -38,9 +38,17 @@ HWY_INLINE VF to_floats(const Doubles& v) {
   return hn::Combine(kF, hn::DemoteTo(kHalfF, v.high), hn::DemoteTo(kHalfF, v.low));
 }
 
+// Rounds to the nearest whole number, for |v| < 2^22: added to 1.5 * 2^23, a float has no bits left
+// for a fraction. (Conversions take more than twice as long.)
+HWY_INLINE VI nearest_int(VF v) {
+  const VF magic = hn::Set(kF, 12582912.0f);
+  return hn::Sub(hn::BitCast(kI, hn::Add(v, magic)), hn::BitCast(kI, magic));
+}
+
 // A ray in floats, seen from an integer point near where its walk begins.
 struct Axis {
   VF origin, direction;
+  VF cell_origin;      // origin - 1/2, so that rounding to nearest gives the cell
   VF inverse, offset;  // t of a plane = plane * inverse + offset
   MF up;               // runs towards higher indices
   VI base;             // the integer point, a block's corner
@@ -107,35 +115,37 @@ HWY_INLINE void turning_points(const Cubic& p, VF& first, VF& second) {
   second = hn::Max(a, b);
 }
 
-struct Roots {
-  MF hit;        // s is where the sign changes first
+// A piece of [0, 1] in which a cubic that is positive at its lower end first reaches zero.
+struct Bracket {
+  MF found;
   MF undecided;  // floats cannot tell
-  VF s;
+  VF low, high;
 };
 
-// The first zero in (0, 1] of a cubic that is positive at 0.
-HWY_INLINE Roots first_zero(const Cubic& p, VF doubt) {
+// The piece for a cubic that is positive at 0: between the turning points, it is monotone.
+HWY_INLINE Bracket first_change(const Cubic& p, VF doubt) {
   const VF zero = hn::Zero(kF), one = hn::Set(kF, 1.0f);
   VF turn1, turn2;
   turning_points(p, turn1, turn2);
-  const VF at1 = p.at(turn1), at2 = p.at(turn2), at_end = p.at(one);
+  const VF at1 = p.at(turn1), at2 = p.at(turn2);
   const MF in_first = hn::Le(at1, zero);
   const MF in_second = hn::Le(at2, zero);
-  const MF in_third = hn::Le(at_end, zero);
-  Roots roots;
-  roots.hit = hn::Or(in_first, hn::Or(in_second, in_third));
+  const MF in_third = hn::Le(p.at(one), zero);
   const MF doubt1 = hn::And(hn::Le(hn::Abs(at1), doubt), hn::Lt(turn1, one));
   const MF doubt2 = hn::AndNot(in_first, hn::And(hn::Le(hn::Abs(at2), doubt), hn::Lt(turn2, one)));
-  roots.undecided = hn::Or(doubt1, doubt2);
+  return {hn::Or(in_first, hn::Or(in_second, in_third)), hn::Or(doubt1, doubt2),
+          hn::IfThenElse(in_first, zero, hn::IfThenElse(in_second, turn1, turn2)),
+          hn::IfThenElse(in_first, turn1, hn::IfThenElse(in_second, turn2, one))};
+}
 
-  VF low = hn::IfThenElse(in_first, zero, hn::IfThenElse(in_second, turn1, turn2));
-  VF high = hn::IfThenElse(in_first, turn1, hn::IfThenElse(in_second, turn2, one));
-  const VF at_low = hn::IfThenElse(in_first, p.c0, hn::IfThenElse(in_second, at1, at2));
-  const VF at_high = hn::IfThenElse(in_first, at1, hn::IfThenElse(in_second, at2, at_end));
+// The zero in [low, high], by Newton's method with bisection as its guard; `value` is what is left
+// there.
+HWY_INLINE VF zero_between(const Cubic& p, VF low, VF high, VF& value) {
+  const VF zero = hn::Zero(kF), half = hn::Set(kF, 0.5f);
+  const VF at_low = p.at(low), at_high = p.at(high);
   VF s = hn::MulAdd(hn::Sub(high, low), hn::Div(at_low, hn::Sub(at_low, at_high)), low);
-  const VF half = hn::Set(kF, 0.5f);
-  VF value = p.at(s);
-  for (int step = 0; step < 4; ++step) {
+  value = p.at(s);
+  for (int step = 0; step < 5; ++step) {
     const MF before = hn::Gt(value, zero);
     low = hn::IfThenElse(before, s, low);
     high = hn::IfThenElse(before, high, s);
@@ -144,11 +154,7 @@ HWY_INLINE Roots first_zero(const Cubic& p, VF doubt) {
     s = hn::IfThenElse(guarded, next, hn::Mul(half, hn::Add(low, high)));
     value = p.at(s);
   }
-  const MF rough = hn::Not(hn::Le(hn::Abs(value), hn::Mul(hn::Set(kF, 0.5f), doubt)));
-  roots.undecided = hn::Or(roots.undecided, hn::And(roots.hit, rough));
-  roots.hit = hn::AndNot(roots.undecided, roots.hit);
-  roots.s = s;
-  return roots;
+  return s;
 }
 
 // The lanes of one vector on their way through the volume.
@@ -158,27 +164,115 @@ class Walk {
   HWY_INLINE Walk(const Field& field, const RayLanes& rays, std::size_t first)
       : field_(field), rays_(rays), first_(first) {}
 
-  HWY_INLINE void run(std::uint32_t lanes, HitLanes& hits, Found& found) {
-    MF active = begin(lanes);
-    MF hit = hn::FirstN(kF, 0), undecided = hn::FirstN(kF, 0);
-    while (true) {
-      active = next_candidates(active);
-      if (hn::AllFalse(kF, active)) break;
-      const MF met = solve(active, undecided);
-      hit = hn::Or(hit, met);
-      active = hn::AndNot(hn::Or(met, undecided), active);
-      // Past the cell that was looked at in vain.
-      t_ = hn::IfThenElse(active, next_t_, t_);
-      for (int a = 0; a < 3; ++a) {
-        cell_[a] = hn::IfThenElse(hn::RebindMask(kI, active), next_cell_[a], cell_[a]);
-      }
+  HWY_INLINE void begin(std::uint32_t lanes) {
+    active_ = start(lanes);
+    met_lanes_ = undecided_ = walking_ = candidates_ = hn::FirstN(kF, 0);
+  }
+
+  // Whether any lane still has somewhere to go. Then all of them walk.
+  HWY_INLINE bool set_out() {
+    walking_ = hn::And(active_, hn::Lt(t_, end_));
+    candidates_ = hn::FirstN(kF, 0);
+    return is_walking();
+  }
+  HWY_INLINE bool is_walking() const { return !hn::AllFalse(kF, walking_); }
+
+  // One step of the walking lanes. Those that come to stand in a cell that can hold the surface
+  // stop there; where they would go next is in next_t_ and next_cell_.
+  HWY_INLINE void step() {
+    const VI zero = hn::Zero(kI), one = hn::Set(kI, 1);
+    VI blocks = hn::Add(block_, hn::ShiftRight<2>(cell_[0]));
+    blocks =
+        hn::Add(blocks, hn::Mul(hn::ShiftRight<2>(cell_[1]), hn::Set(kI, field_.block_stride_y)));
+    blocks =
+        hn::Add(blocks, hn::Mul(hn::ShiftRight<2>(cell_[2]), hn::Set(kI, field_.block_stride_z)));
+    blocks = hn::Min(hn::Max(blocks, zero), hn::Set(kI, field_.block_count - 1));
+    const VI leap =
+        hn::And(hn::GatherOffset(kI, reinterpret_cast<const std::int32_t*>(field_.leaps), blocks),
+                hn::Set(kI, 255));
+    const MI near = hn::Eq(leap, zero);
+    // How far the box reaches that holds nothing else: the cube of empty blocks,
+    VI keep = hn::Set(kI, ~3);
+    VI upper = hn::ShiftLeft<2>(leap);
+    VI lower = hn::Sub(hn::Set(kI, 4), upper);
+    MF found = hn::FirstN(kF, 0);
+    if (!hn::AllFalse(kI, near)) {
+      const VI word = hn::Add(hn::Add(blocks, blocks), hn::And(hn::ShiftRight<1>(cell_[2]), one));
+      const VI bits =
+          hn::GatherIndex(kI, reinterpret_cast<const std::int32_t*>(field_.cells), word);
+      const VI two = hn::Set(kI, 2);
+      const VI octant = hn::Add(hn::And(cell_[0], two), hn::ShiftLeft<2>(hn::And(cell_[1], two)));
+      const VI in_octant = hn::And(hn::Shr(bits, octant), hn::Set(kI, 0x00330033));
+      const VI bit =
+          hn::Add(hn::Add(hn::And(cell_[0], one), hn::ShiftLeft<2>(hn::And(cell_[1], one))),
+                  hn::ShiftLeft<4>(hn::And(cell_[2], one)));
+      const VI here = hn::And(in_octant, hn::Shl(one, bit));
+      found = hn::And(walking_, hn::RebindMask(kF, hn::And(near, hn::Ne(here, zero))));
+      // an empty 2^3 octant, or the cell.
+      const MI empty = hn::Eq(in_octant, zero);
+      const VI size = hn::IfThenElse(empty, two, one);
+      keep = hn::IfThenElse(near, hn::Neg(size), keep);
+      upper = hn::IfThenElse(near, size, upper);
+      lower = hn::IfThenZeroElse(near, lower);
     }
-    store(hit, undecided, hits, found);
+    VI plane[3];
+    VF t[3];
+    for (int a = 0; a < 3; ++a) {
+      const MI up = hn::RebindMask(kI, axis_[a].up);
+      plane[a] = hn::Add(hn::And(cell_[a], keep), hn::IfThenElse(up, upper, lower));
+      t[a] = plane_t(axis_[a], plane[a]);
+    }
+    const VF leave = hn::Min(t[0], hn::Min(t[1], t[2]));
+    const VF next_t = hn::Max(leave, t_);
+    const MI stay = hn::RebindMask(kI, found);
+    const MI step = hn::Eq(keep, hn::Set(kI, -1));  // the other two axes stay as they are
+    const MI go = hn::RebindMask(kI, hn::AndNot(found, walking_));
+    for (int a = 0; a < 3; ++a) {
+      const VI here = nearest_int(hn::MulAdd(axis_[a].direction, next_t, axis_[a].cell_origin));
+      const MI up = hn::RebindMask(kI, axis_[a].up);
+      const VI beyond = hn::IfThenElse(up, plane[a], hn::Sub(plane[a], one));
+      const MI through = hn::RebindMask(kI, hn::Eq(t[a], leave));
+      const VI next = hn::IfThenElse(through, beyond, hn::IfThenElse(step, cell_[a], here));
+      next_cell_[a] = hn::IfThenElse(stay, next, next_cell_[a]);
+      cell_[a] = hn::IfThenElse(go, next, cell_[a]);
+    }
+    next_t_ = hn::IfThenElse(found, next_t, next_t_);
+    t_ = hn::IfThenElse(hn::RebindMask(kF, go), next_t, t_);
+    candidates_ = hn::Or(candidates_, found);
+    walking_ = hn::And(hn::AndNot(found, walking_), hn::Lt(t_, end_));
+  }
+
+  // Looks for the surface in the cells where walking lanes have stopped.
+  HWY_INLINE void look() {
+    active_ = candidates_;
+    if (hn::AllFalse(kF, active_)) return;
+    const MF met = solve(active_, undecided_);
+    met_lanes_ = hn::Or(met_lanes_, met);
+    active_ = hn::AndNot(hn::Or(met, undecided_), active_);
+    // Past the cell that was looked at in vain.
+    t_ = hn::IfThenElse(active_, next_t_, t_);
+    for (int a = 0; a < 3; ++a) {
+      cell_[a] = hn::IfThenElse(hn::RebindMask(kI, active_), next_cell_[a], cell_[a]);
+    }
+  }
+
+  void go_alone() {
+    while (is_walking()) {
+      while (is_walking()) step();
+      look();
+      set_out();
+    }
+  }
+
+  HWY_INLINE void end(HitLanes& hits, Found& found) {
+    if (!hn::AllFalse(kF, hn::Or(met_lanes_, undecided_))) {
+      finish(met_lanes_, undecided_, hits, found);
+    }
   }
 
  private:
   // Clips the rays to the volume and settles where each walk begins.
-  HWY_INLINE MF begin(std::uint32_t lanes) {
+  HWY_INLINE MF start(std::uint32_t lanes) {
     const VF zero = hn::Zero(kF);
     MF active = mask_of(lanes);
     VF from = hn::Load(kF, rays_.begin + first_);
@@ -219,8 +313,14 @@ class Walk {
     VI block = hn::Set(kI, 0);
     for (int a = 0; a < 3; ++a) settle(a, from_d, still[a], block);
     block_ = block;
-    t_ = zero;
+    t_ = next_t_ = zero;
     side_ = zero;
+    met_.cubic = {zero, zero, zero, zero};
+    met_.low = met_.high = met_.t = met_.span = zero;
+    for (int a = 0; a < 3; ++a) {
+      met_.entry[a] = met_.step[a] = zero;
+      met_.cell[a] = next_cell_[a] = hn::Zero(kI);
+    }
     return active;
   }
 
@@ -240,6 +340,7 @@ class Walk {
     const VF least = hn::ConvertTo(kF, hn::Neg(axis.base));
     const VF origin = to_floats({hn::Sub(low, base.low), hn::Sub(high, base.high)});
     axis.origin = hn::Max(hn::Min(origin, most), least);
+    axis.cell_origin = hn::Sub(axis.origin, hn::Set(kF, 0.5f));
     axis.direction = hn::IfThenZeroElse(still, axis.direction);
     axis.inverse = hn::IfThenZeroElse(still, axis.inverse);
     axis.offset =
@@ -249,69 +350,6 @@ class Walk {
     const std::int32_t stride = a == 0 ? 1 : a == 1 ? field_.block_stride_y : field_.block_stride_z;
     const VI blocks = hn::Add(hn::ShiftRight<2>(axis.base), hn::Set(kI, 1));
     block = hn::Add(block, hn::Mul(blocks, hn::Set(kI, stride)));
-  }
-
-  // Walks until every lane stands in a cell that can hold the surface, or is out. Returns the
-  // former; where they go next is in next_t_ and next_cell_.
-  HWY_INLINE MF next_candidates(MF walking) {
-    MF candidates = hn::FirstN(kF, 0);
-    walking = hn::And(walking, hn::Lt(t_, end_));
-    const VI zero = hn::Zero(kI), one = hn::Set(kI, 1);
-    while (!hn::AllFalse(kF, walking)) {
-      VI blocks = hn::Add(block_, hn::ShiftRight<2>(cell_[0]));
-      blocks =
-          hn::Add(blocks, hn::Mul(hn::ShiftRight<2>(cell_[1]), hn::Set(kI, field_.block_stride_y)));
-      blocks =
-          hn::Add(blocks, hn::Mul(hn::ShiftRight<2>(cell_[2]), hn::Set(kI, field_.block_stride_z)));
-      blocks = hn::Min(hn::Max(blocks, zero), hn::Set(kI, field_.block_count - 1));
-      const VI leap =
-          hn::And(hn::GatherOffset(kI, reinterpret_cast<const std::int32_t*>(field_.leaps), blocks),
-                  hn::Set(kI, 255));
-      const MI near = hn::Eq(leap, zero);
-      MF found = hn::FirstN(kF, 0);
-      if (!hn::AllFalse(kI, near)) {
-        const VI word = hn::Add(hn::Add(blocks, blocks), hn::And(hn::ShiftRight<1>(cell_[2]), one));
-        const VI bits =
-            hn::GatherIndex(kI, reinterpret_cast<const std::int32_t*>(field_.cells), word);
-        const VI three = hn::Set(kI, 3);
-        const VI bit =
-            hn::Add(hn::Add(hn::And(cell_[0], three), hn::ShiftLeft<2>(hn::And(cell_[1], three))),
-                    hn::ShiftLeft<4>(hn::And(cell_[2], one)));
-        const VI is_set = hn::And(bits, hn::Shl(one, bit));
-        found = hn::And(walking, hn::RebindMask(kF, hn::And(near, hn::Ne(is_set, zero))));
-      }
-      // To the far side of the cell, or of the cube of empty blocks.
-      const VI keep = hn::IfThenElse(near, hn::Set(kI, -1), hn::Set(kI, ~3));
-      const VI four = hn::Set(kI, 4);
-      const VI upper = hn::IfThenElse(near, one, hn::ShiftLeft<2>(leap));
-      const VI lower = hn::IfThenElse(near, zero, hn::Sub(four, hn::ShiftLeft<2>(leap)));
-      VI plane[3];
-      VF t[3];
-      for (int a = 0; a < 3; ++a) {
-        const MI up = hn::RebindMask(kI, axis_[a].up);
-        plane[a] = hn::Add(hn::And(cell_[a], keep), hn::IfThenElse(up, upper, lower));
-        t[a] = plane_t(axis_[a], plane[a]);
-      }
-      const VF leave = hn::Min(t[0], hn::Min(t[1], t[2]));
-      const VF next_t = hn::Max(leave, t_);
-      const MI stay = hn::RebindMask(kI, found);
-      const MI go = hn::RebindMask(kI, hn::AndNot(found, walking));
-      for (int a = 0; a < 3; ++a) {
-        const VI here =
-            hn::ConvertTo(kI, hn::Floor(hn::MulAdd(axis_[a].direction, next_t, axis_[a].origin)));
-        const MI up = hn::RebindMask(kI, axis_[a].up);
-        const VI beyond = hn::IfThenElse(up, plane[a], hn::Sub(plane[a], one));
-        const MI through = hn::RebindMask(kI, hn::Eq(t[a], leave));
-        const VI next = hn::IfThenElse(through, beyond, hn::IfThenElse(near, cell_[a], here));
-        next_cell_[a] = hn::IfThenElse(stay, next, next_cell_[a]);
-        cell_[a] = hn::IfThenElse(go, next, cell_[a]);
-      }
-      next_t_ = hn::IfThenElse(found, next_t, next_t_);
-      t_ = hn::IfThenElse(hn::RebindMask(kF, go), next_t, t_);
-      candidates = hn::Or(candidates, found);
-      walking = hn::And(hn::AndNot(found, walking), hn::Lt(t_, end_));
-    }
-    return candidates;
   }
 
   // Looks for the first root in the cells where the active lanes stand.
@@ -353,67 +391,94 @@ class Walk {
     for (VF* const term : {&p.c0, &p.c1, &p.c2, &p.c3}) *term = hn::Xor(*term, sign);
     undecided = hn::Or(undecided, hn::And(active, hn::Le(p.c0, zero)));
 
+    // By its Bernstein coefficients, without a root where all are positive. With one change of
+    // sign among them it has one root.
     const VF third = hn::Set(kF, 1.0f / 3.0f);
     const VF b1 = hn::MulAdd(third, p.c1, p.c0);
     const VF b2 = hn::MulAdd(third, hn::MulAdd(hn::Set(kF, 2.0f), p.c1, p.c2), p.c0);
     const VF b3 = hn::Add(hn::Add(p.c0, p.c1), hn::Add(p.c2, p.c3));
     const MF clear = hn::Gt(hn::Min(hn::Min(p.c0, b1), hn::Min(b2, b3)), doubt);
-    const MF open = hn::AndNot(hn::Or(clear, undecided), active);
-    if (hn::AllFalse(kF, open)) return open;
-    const Roots roots = first_zero(p, doubt);
-    // Where the walk begins it may still be outside the volume, by a rounding.
-    const MF at_border =
-        hn::Le(hn::MulAdd(roots.s, span, t_), hn::Mul(hn::Set(kF, 4 * kRounding), from_));
-    undecided =
-        hn::Or(undecided, hn::And(open, hn::Or(roots.undecided, hn::And(roots.hit, at_border))));
+    MF met = hn::AndNot(hn::Or(clear, undecided), active);
+    if (hn::AllFalse(kF, met)) return met;
+    const MF waves = hn::And(hn::Lt(b1, doubt), hn::Gt(b2, hn::Neg(doubt)));
+    const MF once = hn::AndNot(waves, hn::Lt(b3, hn::Neg(doubt)));
+    VF low = zero, high = hn::Set(kF, 1.0f);
+    const MF look = hn::AndNot(once, met);
+    if (!hn::AllFalse(kF, look)) {
+      const Bracket change = first_change(p, doubt);
+      undecided = hn::Or(undecided, hn::And(look, change.undecided));
+      met = hn::AndNot(undecided, hn::And(met, hn::Or(once, change.found)));
+      low = hn::IfThenElse(look, change.low, low);
+      high = hn::IfThenElse(look, change.high, high);
+    }
+    keep(met, p.c0, met_.cubic.c0);
+    keep(met, p.c1, met_.cubic.c1);
+    keep(met, p.c2, met_.cubic.c2);
+    keep(met, p.c3, met_.cubic.c3);
+    keep(met, low, met_.low);
+    keep(met, high, met_.high);
+    keep(met, t_, met_.t);
+    keep(met, span, met_.span);
+    for (int a = 0; a < 3; ++a) {
+      keep(met, entry[a], met_.entry[a]);
+      keep(met, step[a], met_.step[a]);
+      met_.cell[a] = hn::IfThenElse(hn::RebindMask(kI, met), at[a], met_.cell[a]);
+    }
+    return met;
+  }
+
+  static HWY_INLINE void keep(MF lanes, VF value, VF& place) {
+    place = hn::IfThenElse(lanes, value, place);
+  }
+
+  // Where exactly the lanes that met the surface did so.
+  HWY_INLINE void finish(MF met, MF undecided, HitLanes& hits, Found& found) {
+    const VF zero = hn::Zero(kF), one = hn::Set(kF, 1.0f);
+    VF value;
+    const VF s = zero_between(met_.cubic, met_.low, met_.high, value);
+    MF sound = hn::Le(hn::Abs(value), hn::Set(kF, 0.5f * field_.doubt));
+    // Where the walk began it may still have been outside the volume, by a rounding.
+    const VF along = hn::Mul(s, met_.span);
+    sound =
+        hn::And(sound, hn::Gt(hn::Add(met_.t, along), hn::Mul(hn::Set(kF, 4 * kRounding), from_)));
     // Between two cells the walk's floats may keep to the wrong one for a hair's breadth.
     VF local[3];
     for (int a = 0; a < 3; ++a) {
-      const VF exact = hn::MulAdd(roots.s, step[a], entry[a]);
-      local[a] = hn::Min(hn::Max(exact, zero), hn::Set(kF, 1.0f));
-      const MF outside = hn::Gt(hn::Abs(hn::Sub(exact, local[a])), hn::Set(kF, 5e-7f));
-      undecided = hn::Or(undecided, hn::And(open, hn::And(roots.hit, outside)));
+      const VF exact = hn::MulAdd(s, met_.step[a], met_.entry[a]);
+      local[a] = hn::Min(hn::Max(exact, zero), one);
+      sound = hn::And(sound, hn::Le(hn::Abs(hn::Sub(exact, local[a])), hn::Set(kF, 5e-7f)));
     }
-    const MF hit = hn::AndNot(undecided, hn::And(open, roots.hit));
-    hit_in_ = hn::IfThenElse(hit, t_, hit_in_);
-    hit_span_ = hn::IfThenElse(hit, hn::Mul(roots.s, span), hit_span_);
-    for (int a = 0; a < 3; ++a) {
-      hit_cell_[a] = hn::IfThenElse(hn::RebindMask(kI, hit), at[a], hit_cell_[a]);
-      hit_local_[a] = hn::IfThenElse(hit, local[a], hit_local_[a]);
-    }
-    return hit;
-  }
+    undecided = hn::Or(undecided, hn::AndNot(sound, met));
+    const MF hit = hn::And(met, sound);
 
-  HWY_INLINE void store(MF hit, MF undecided, HitLanes& hits, Found& found) {
-    const Doubles from = to_doubles(from_), in = to_doubles(hit_in_), span = to_doubles(hit_span_);
-    hn::Store(hn::Add(hn::Add(from.low, in.low), span.low), kD, hits.t + first_);
-    hn::Store(hn::Add(hn::Add(from.high, in.high), span.high), kD, hits.t + first_ + hn::Lanes(kD));
+    const Doubles from = to_doubles(from_), in = to_doubles(met_.t), rest = to_doubles(along);
+    hn::Store(hn::Add(hn::Add(from.low, in.low), rest.low), kD, hits.t + first_);
+    hn::Store(hn::Add(hn::Add(from.high, in.high), rest.high), kD, hits.t + first_ + hn::Lanes(kD));
     for (int a = 0; a < 3; ++a) {
-      hn::Store(hit_cell_[a], kI, found.cell[a] + first_);
-      hn::Store(hit_local_[a], kF, found.local[a] + first_);
+      hn::Store(met_.cell[a], kI, found.cell[a] + first_);
+      hn::Store(local[a], kF, found.local[a] + first_);
     }
-    MF without = hn::FirstN(kF, 0);
     MF away = hn::FirstN(kF, 0);
-    if (!hn::AllFalse(kF, hit)) without = normals(hit, away, hits);
-    found.away |= bits_of(away) << first_;
+    const MF without = normals(hit, local, away, hits);
     found.hit |= bits_of(hit) << first_;
     found.undecided |= bits_of(undecided) << first_;
+    found.away |= bits_of(away) << first_;
     found.without_normal |= bits_of(without) << first_;
   }
 
   // The trilinear blend of central differences, carried into world space. Returns the lanes where
   // it must be looked at more closely: at the volume's border, or where it all but vanishes.
-  HWY_INLINE MF normals(MF hit, MF& away, HitLanes& hits) {
+  HWY_INLINE MF normals(MF hit, const VF (&local)[3], MF& away, HitLanes& hits) {
     MI inner = hn::RebindMask(kI, hit);
     for (int a = 0; a < 3; ++a) {
-      inner = hn::And(inner, hn::And(hn::Gt(hit_cell_[a], hn::Zero(kI)),
-                                     hn::Lt(hit_cell_[a], hn::Set(kI, field_.dims[a] - 2))));
+      inner = hn::And(inner, hn::And(hn::Gt(met_.cell[a], hn::Zero(kI)),
+                                     hn::Lt(met_.cell[a], hn::Set(kI, field_.dims[a] - 2))));
     }
     const MF whole = hn::RebindMask(kF, inner);
     if (hn::AllFalse(kF, whole)) return hit;
-    const Voxels<T, kWide> voxels(field_, hit_cell_, inner, 1);
+    const Voxels<T, kWide> voxels(field_, met_.cell, inner, 1);
     VF gradient[3], spread = hn::Zero(kF);
-    voxels.gradient(hit_local_, gradient, spread);
+    voxels.gradient(local, gradient, spread);
     VF n[3];
     VF square = hn::Zero(kF);
     for (int row = 0; row < 3; ++row) {
@@ -453,24 +518,58 @@ class Walk {
   const Field& field_;
   const RayLanes& rays_;
   std::size_t first_;
+  MF active_;      // have not met the surface yet
+  MF walking_;     // of these, the ones on their way to the next cell
+  MF candidates_;  // and the ones that stand in it
+  MF met_lanes_, undecided_;
   Axis axis_[3];
   VF from_, end_;  // the walk's t is counted from `from_`
-  VF t_, next_t_ = hn::Zero(kF);
+  VF t_, next_t_;
   VI block_;  // index of the block at the rays' bases
-  VI cell_[3], next_cell_[3] = {hn::Zero(kI), hn::Zero(kI), hn::Zero(kI)};
+  VI cell_[3], next_cell_[3];
   VF side_;  // the field's sign where the ray comes from; 0: not yet known
-  VF hit_in_ = hn::Zero(kF), hit_span_ = hn::Zero(kF);  // t at the cell's entry, and from there
-  VI hit_cell_[3] = {hn::Zero(kI), hn::Zero(kI), hn::Zero(kI)};
-  VF hit_local_[3] = {hn::Zero(kF), hn::Zero(kF), hn::Zero(kF)};
+
+  // What is known of the lanes that met the surface: the field in that cell, along the ray.
+  struct {
+    Cubic cubic;
+    VF low, high;  // the root lies between
+    VF t, span;    // of the ray's piece in the cell
+    VF entry[3], step[3];
+    VI cell[3];
+  } met_;
 };
 
 template <typename T, bool kWide>
 void walk_all(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes& hits,
               Found& found) {
   const std::size_t step = hn::Lanes(kF);
-  for (std::size_t first = 0; first < RayLanes::kCount; first += step) {
-    const std::uint32_t mine = lanes >> first & ((1u << step) - 1);
-    if (mine != 0) Walk<T, kWide>(field, rays, first).run(mine, hits, found);
+  const auto mine = [&](std::size_t first) { return lanes >> first & ((1u << step) - 1); };
+  // Two vectors at a time, in turn: while one waits for memory, the other computes.
+  for (std::size_t first = 0; first < RayLanes::kCount; first += 2 * step) {
+    if ((mine(first) | mine(first + step)) == 0) continue;
+    Walk<T, kWide> a(field, rays, first), b(field, rays, first + step);
+    a.begin(mine(first));
+    b.begin(mine(first + step));
+    bool a_goes = a.set_out(), b_goes = b.set_out();
+    while (a_goes && b_goes) {
+      // One that stands does not wait for the other: it looks and goes on.
+      while (a.is_walking() && b.is_walking()) {
+        a.step();
+        b.step();
+      }
+      if (!a.is_walking()) {
+        a.look();
+        a_goes = a.set_out();
+      }
+      if (!b.is_walking()) {
+        b.look();
+        b_goes = b.set_out();
+      }
+    }
+    a.go_alone();
+    b.go_alone();
+    a.end(hits, found);
+    b.end(hits, found);
   }
 }
 

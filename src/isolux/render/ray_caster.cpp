@@ -10,10 +10,14 @@ namespace isolux {
 namespace {
 
 constexpr int kLanes = RayLanes::kCount;
-static_assert(kLanes == SurfaceBuffer::kBlockPixels);
+static_assert(kLanes == 2 * SurfaceBuffer::kBlockPixels);
 
-// The nearest hits of a block of pixels, with t as the fan counts it.
-struct BlockHits {
+// A lane's pixel in two blocks side by side.
+constexpr int lane_x(int n) { return (n & 3) + (n >> 4 << 2); }
+constexpr int lane_y(int n) { return n >> 2 & 3; }
+
+// The nearest hits of some pixels, with t as the fan counts it.
+struct PixelHits {
   std::uint32_t hit = 0;
   std::uint32_t turned = 0;
   double t[kLanes];
@@ -45,22 +49,29 @@ class Eye {
       const IsoSurface& surface = lanes->surface();
       views_.push_back({lanes.get(), carried(surface.index_from_world(), world_),
                         TileBounds(lanes->skip(), surface.volume().world_from_index, camera,
-                                   SurfaceBuffer::kTile)});
+                                   SurfaceBuffer::kBlock)});
     }
   }
 
-  // The 4 x 4 pixels from (x0, y0), which lie in tile `tile`.
-  BlockHits trace(int x0, int y0, std::size_t tile) const {
-    BlockHits nearest;
+  // The 8 x 4 pixels from (x0, y0): the upper or lower half of a tile.
+  PixelHits trace(int x0, int y0) const {
+    PixelHits nearest;
     RayLanes rays;
     HitLanes hits;
+    const std::uint32_t inside = pixels_inside(x0, y0);
     for (std::size_t n = 0; n < views_.size(); ++n) {
       const View& view = views_[n];
-      if (view.bounds.near[tile] > view.bounds.far[tile]) continue;
+      std::uint32_t lanes = 0;
+      for (int block = 0; block < 2 && x0 + 4 * block < width_; ++block) {
+        const std::size_t at = view.bounds.at(x0 + 4 * block, y0);
+        if (view.bounds.near[at] > view.bounds.far[at]) continue;
+        lanes |= 0xFFFFu << (16 * block);
+        std::fill_n(rays.begin + 16 * block, 16, view.bounds.near[at]);
+        std::fill_n(rays.end + 16 * block, 16, view.bounds.far[at]);
+      }
+      if ((lanes & inside) == 0) continue;
       set_rays(view.fan, x0, y0, rays);
-      std::fill_n(rays.begin, kLanes, view.bounds.near[tile]);
-      std::fill_n(rays.end, kLanes, view.bounds.far[tile]);
-      view.lanes->first_hits(rays, pixels_inside(x0, y0), hits);
+      view.lanes->first_hits(rays, lanes & inside, hits);
       nearest.add(hits, static_cast<std::int32_t>(n));
     }
     for (std::uint32_t rest = nearest.hit; rest != 0; rest &= rest - 1) {
@@ -81,7 +92,7 @@ class Eye {
       const auto fill = [&](const RayFan::Plane& plane, double* out) {
         const double step_x = plane.along_x[axis], step_y = plane.along_y[axis];
         for (int n = 0; n < kLanes; ++n) {
-          out[n] = plane.first[axis] + (x0 + (n & 3)) * step_x + (y0 + (n >> 2)) * step_y;
+          out[n] = plane.first[axis] + (x0 + lane_x(n)) * step_x + (y0 + lane_y(n)) * step_y;
         }
       };
       fill(fan.origin, rays.origin[axis]);
@@ -90,17 +101,17 @@ class Eye {
   }
 
   std::uint32_t pixels_inside(int x0, int y0) const {
-    if (x0 + 4 <= width_ && y0 + 4 <= height_) return 0xFFFF;
+    if (x0 + 8 <= width_ && y0 + 4 <= height_) return ~0u;
     std::uint32_t lanes = 0;
     for (int n = 0; n < kLanes; ++n) {
-      if (x0 + (n & 3) < width_ && y0 + (n >> 2) < height_) lanes |= 1u << n;
+      if (x0 + lane_x(n) < width_ && y0 + lane_y(n) < height_) lanes |= 1u << n;
     }
     return lanes;
   }
 
   // From the fan's t to mm; and where the surface has no normal, it faces the eye.
-  void finish(int x0, int y0, int n, BlockHits& hits) const {
-    const Vec3 direction = world_.direction.at(x0 + (n & 3), y0 + (n >> 2));
+  void finish(int x0, int y0, int n, PixelHits& hits) const {
+    const Vec3 direction = world_.direction.at(x0 + lane_x(n), y0 + lane_y(n));
     const double scale = length(direction);
     hits.t[n] *= scale;
     auto& [nx, ny, nz] = hits.normal;
@@ -149,13 +160,13 @@ void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
     for (std::size_t column = 0; column < tiles_x; ++column) {
       const std::size_t tile = row * tiles_x + column;
       buffer.hits[tile] = 0;
-      for (std::size_t block = 0; block < 4; ++block) {
-        const int x0 = static_cast<int>(8 * column + 4 * (block & 1));
-        const int y0 = static_cast<int>(8 * row + 4 * (block >> 1));
-        const BlockHits hits = eye.trace(x0, y0, tile);
+      for (std::size_t half = 0; half < 2; ++half) {
+        const int x0 = static_cast<int>(8 * column), y0 = static_cast<int>(8 * row + 4 * half);
+        if (y0 >= camera.height()) continue;
+        const PixelHits hits = eye.trace(x0, y0);
         if (hits.hit == 0) continue;
-        buffer.hits[tile] |= std::uint64_t{hits.hit} << (16 * block);
-        const std::size_t at = 64 * tile + 16 * block;
+        buffer.hits[tile] |= std::uint64_t{hits.hit} << (32 * half);
+        const std::size_t at = 64 * tile + 32 * half;
         std::copy_n(hits.t, kLanes, buffer.depth_mm.data() + at);
         std::copy_n(hits.normal[0], kLanes, buffer.normal_x.data() + at);
         std::copy_n(hits.normal[1], kLanes, buffer.normal_y.data() + at);
@@ -173,10 +184,8 @@ void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
 
 PixelHit RayCaster::cast_pixel(const Camera& camera, int x, int y) const {
   const Eye eye(surfaces_, camera);
-  const int tiles_x = (camera.width() + SurfaceBuffer::kTile - 1) / SurfaceBuffer::kTile;
-  const std::size_t tile = static_cast<std::size_t>(y / 8 * tiles_x + x / 8);
-  const BlockHits hits = eye.trace(x & ~3, y & ~3, tile);
-  const int n = (y & 3) * 4 + (x & 3);
+  const PixelHits hits = eye.trace(x & ~7, y & ~3);
+  const int n = (x & 4) * 4 + (y & 3) * 4 + (x & 3);
   if (!(hits.hit >> n & 1)) return {};
   return {{hits.t[n], hits.normal[0][n], hits.normal[1][n], hits.normal[2][n], hits.surface[n]},
           (hits.turned >> n & 1) != 0};

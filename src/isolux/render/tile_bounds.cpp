@@ -30,8 +30,8 @@ double block_radius(const Mat3& world_from_index) {
 }  // namespace
 
 TileBounds::TileBounds(const SkipGrid& skip, const Affine& world_from_index, const Camera& camera,
-                       int tile_size)
-    : tiles_x((camera.width() + tile_size - 1) / tile_size) {
+                       int pixels)
+    : tile_size(pixels), tiles_x((camera.width() + tile_size - 1) / tile_size) {
   const int tiles_y = (camera.height() + tile_size - 1) / tile_size;
   const auto count = static_cast<std::size_t>(tiles_x) * static_cast<std::size_t>(tiles_y);
   near.assign(count, kInfinity);

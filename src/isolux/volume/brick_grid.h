@@ -33,6 +33,9 @@ class BrickGrid {
   }
 
  private:
+  template <typename T>
+  void fill_row(const VolumeView<T>& v, int b, int c);
+
   std::size_t index(int a, int b, int c) const {
     return static_cast<std::size_t>(a) +
            static_cast<std::size_t>(dims_[0]) *
