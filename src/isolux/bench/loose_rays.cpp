@@ -38,7 +38,7 @@ std::size_t LooseRays::count_hits(const std::vector<Ray>& rays) const {
       lanes.end[n] = std::numeric_limits<float>::infinity();
     }
     HitLanes hits;
-    const std::uint32_t wanted = (1u << count) - 1;
+    const std::uint32_t wanted = ~std::uint32_t{0} >> (kCount - count);
     lanes_.first_hits(lanes, wanted, hits);
     return static_cast<std::size_t>(std::popcount(hits.hit & wanted));
   };

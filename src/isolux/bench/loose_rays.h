@@ -13,7 +13,7 @@ class LooseRays {
  public:
   explicit LooseRays(const IsoSurfaceItem& surface);
 
-  /// How many of the rays (in world space) meet the surface; sixteen that follow each other go
+  /// How many of the rays (in world space) meet the surface; those that follow each other go
   /// together, on all threads.
   std::size_t count_hits(const std::vector<Ray>& rays) const;
 
