@@ -81,7 +81,7 @@ class Rooms(unittest.TestCase):
 
     def test_the_files_named_in_architecture_exist(self):
         text = (ROOT / "ARCHITECTURE.md").read_text()
-        for name in re.findall(r"`((?:src|tests|docs|tools)/[\w./-]+)`", text):
+        for name in re.findall(r"`((?:src|tests|docs|tools|bench)/[\w./-]+)`", text):
             self.assertTrue((ROOT / name).exists(), name)
 
 
