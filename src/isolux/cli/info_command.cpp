@@ -9,7 +9,7 @@
 #include "isolux/cli/command.h"
 #include "isolux/cli/loaded_scene.h"
 #include "isolux/cli/terminal.h"
-#include "isolux/volume/brick_grid.h"
+#include "isolux/io/input_report.h"
 #include "isolux/volume/statistics.h"
 
 namespace isolux {
@@ -17,46 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
-
 std::string text_of(Vec3 v) { return to_text9(v.x) + ", " + to_text9(v.y) + ", " + to_text9(v.z); }
-
-// What drawing surfaces of it takes, beside the picture: the voxels and their min-max bricks.
-double memory_to_render(const Volume& volume) {
-  return static_cast<double>(voxel_bytes(volume)) + BrickGrid::bytes(volume.dims);
-}
-
-json as_json(const ReadResult& input, const ValueStatistics& values,
-             const std::vector<SuggestedIso>& suggested) {
-  const Volume& volume = *input.volume;
-  json object = {{"kind", "volume"},
-                 {"input", input.name},
-                 {"format", input.format},
-                 {"dims", volume.dims},
-                 {"spacing", numbers(spacing_mm(volume))},
-                 {"origin", numbers(volume.world_from_index.offset)},
-                 {"type", voxel_type_name(volume)},
-                 {"min", values.min},
-                 {"max", values.max},
-                 {"not_finite", values.not_finite},
-                 {"bytes", voxel_bytes(volume)},
-                 {"memory_to_render", memory_to_render(volume)},
-                 {"files", input.files},
-                 {"notes", input.notes}};
-  const Mat3 unit = direction(volume);
-  object["direction"] = json::array();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) object["direction"].push_back(unit.at(row, column));
-  }
-  if (!volume.modality.empty()) object["modality"] = volume.modality;
-  if (!volume.units.empty()) object["units"] = volume.units;
-  object["suggested_iso"] = object["suggested_iso_names"] = json::array();
-  for (const SuggestedIso& iso : suggested) {
-    object["suggested_iso"].push_back(iso.value);
-    object["suggested_iso_names"].push_back(iso.name);
-  }
-  return object;
-}
 
 // The histogram as blocks on a logarithmic scale, from the least value to the greatest, with a mark
 // below each suggested iso value.
@@ -126,7 +87,7 @@ int run_info(const Command&, const Arguments& arguments) {
   const std::vector<SuggestedIso> suggested = suggest_iso(*input.volume, values);
   if (arguments.has("json")) {
     std::cout
-        << as_json(input, values, suggested).dump(2, ' ', false, json::error_handler_t::replace)
+        << input_report(input, values, suggested).dump(2, ' ', false, json::error_handler_t::replace)
         << "\n";
   } else {
     print_text(input, values, suggested);

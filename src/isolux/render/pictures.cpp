@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <string>
 
+#include "isolux/base/memory.h"
 #include "isolux/base/parallel.h"
+#include "isolux/image/exr.h"
+#include "isolux/image/png.h"
 
 namespace isolux {
 
@@ -63,6 +66,19 @@ Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radianc
   add("depth.Z", std::move(depth));
   add("surface.id", std::move(id));
   return layers;
+}
+
+std::string encode_picture(const Scene& scene, const SurfaceBuffer& buffer,
+                           const Radiance& radiance, const Metadata& metadata, bool is_exr) {
+  if (is_exr) return encode_exr(exr_layers(scene, buffer, radiance), metadata);
+  const bool is_srgb = scene.display.curve == Display::Curve::kSrgb;
+  return encode_png(displayed_picture(scene, radiance), metadata, is_srgb);
+}
+
+void check_picture_memory(const SceneDescription& scene, bool is_exr) {
+  // Bytes a pixel of all buffers that live at the same time, rounded up.
+  const double bytes_per_pixel = is_exr ? 360 : 96;
+  check_memory(static_cast<double>(scene.width) * scene.height * bytes_per_pixel, "--size");
 }
 
 }  // namespace isolux

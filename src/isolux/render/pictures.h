@@ -1,6 +1,9 @@
 #pragma once
 
+#include <string>
+
 #include "isolux/image/layers.h"
+#include "isolux/image/metadata.h"
 #include "isolux/image/picture.h"
 #include "isolux/render/lighting.h"
 #include "isolux/render/surface_buffer.h"
@@ -13,5 +16,12 @@ Picture displayed_picture(const Scene& scene, const Radiance& radiance);
 
 /// All channels of the EXR file, as the contract's section 7 names them; no NaN in any.
 Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radiance& radiance);
+
+/// The bytes of a PNG file of the displayed picture, or of an EXR file of all layers.
+std::string encode_picture(const Scene& scene, const SurfaceBuffer& buffer,
+                           const Radiance& radiance, const Metadata& metadata, bool is_exr);
+
+/// @throws WorkError  where drawing such a picture takes more memory than is allowed.
+void check_picture_memory(const SceneDescription& scene, bool is_exr);
 
 }  // namespace isolux

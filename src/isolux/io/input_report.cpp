@@ -1,0 +1,53 @@
+#include "isolux/io/input_report.h"
+
+#include <nlohmann/json.hpp>
+
+#include "isolux/volume/brick_grid.h"
+
+namespace isolux {
+
+using nlohmann::json;
+
+namespace {
+
+json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
+
+}  // namespace
+
+double memory_to_render(const Volume& volume) {
+  return static_cast<double>(voxel_bytes(volume)) + BrickGrid::bytes(volume.dims);
+}
+
+json input_report(const ReadResult& input, const ValueStatistics& values,
+                  const std::vector<SuggestedIso>& suggested) {
+  const Volume& volume = *input.volume;
+  json object = {{"kind", "volume"},
+                 {"input", input.name},
+                 {"format", input.format},
+                 {"dims", volume.dims},
+                 {"spacing", numbers(spacing_mm(volume))},
+                 {"origin", numbers(volume.world_from_index.offset)},
+                 {"type", voxel_type_name(volume)},
+                 {"min", values.min},
+                 {"max", values.max},
+                 {"not_finite", values.not_finite},
+                 {"bytes", voxel_bytes(volume)},
+                 {"memory_to_render", memory_to_render(volume)},
+                 {"files", input.files},
+                 {"notes", input.notes}};
+  const Mat3 unit = direction(volume);
+  object["direction"] = json::array();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) object["direction"].push_back(unit.at(row, column));
+  }
+  if (!volume.modality.empty()) object["modality"] = volume.modality;
+  if (!volume.units.empty()) object["units"] = volume.units;
+  object["suggested_iso"] = object["suggested_iso_names"] = json::array();
+  for (const SuggestedIso& iso : suggested) {
+    object["suggested_iso"].push_back(iso.value);
+    object["suggested_iso_names"].push_back(iso.name);
+  }
+  return object;
+}
+
+}  // namespace isolux
