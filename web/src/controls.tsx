@@ -55,7 +55,10 @@ export function NumberRow(row: NumberRowProps) {
   const share = (toSlider(row.value) - (row.logarithmic ? 0 : row.low)) /
     (row.logarithmic ? sliderSteps : row.high - row.low);
   return (
-    <div class={row.warm ? 'number-row warm' : 'number-row'} title={row.hint}>
+    <div
+      class={'number-row' + (row.warm ? ' warm' : '') + (row.label.length === 1 ? ' wide' : '')}
+      title={row.hint}
+    >
       <label for={id} onDblClick={reset}>
         {row.label}
       </label>

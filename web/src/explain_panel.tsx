@@ -1,5 +1,3 @@
-import katex from 'katex';
-import 'katex/dist/katex.min.css';
 import { useEffect, useRef } from 'preact/hooks';
 import type { Explanation, LightExplanation } from './connection';
 import { askAbout, stopExplaining } from './explain';
@@ -10,14 +8,25 @@ import { drawn, explained, lamp, peek } from './state';
 
 const channels = ['R', 'G', 'B'] as const;
 
-/** Set by KaTeX, into the element itself: its styles go past the page's content policy that way. */
+/** Fetched when the first formula is shown: it is larger than all the rest of the page. */
+const katex = () => import('./katex').then((module) => module.default);
+
+/** Set by KaTeX into the element itself: as text, its styles would not pass the content policy. */
 function Formula({ tex, name }: { tex: string; name?: string }) {
   const place = useRef<HTMLDivElement>(null);
   useEffect(() => {
-    katex.render(tex, place.current!, { throwOnError: false, displayMode: false, output: 'html' });
+    void katex().then(({ render }) => {
+      if (place.current) render(tex, place.current, { throwOnError: false, output: 'html' });
+    });
   }, [tex]);
   return <div class="formula" role="img" aria-label={name ?? 'formula'} ref={place} />;
 }
+
+/** In the colour that the term has everywhere on the page. */
+const tinted = (term: string, tex: string): string => {
+  const color = getComputedStyle(document.documentElement).getPropertyValue('--' + term).trim();
+  return String.raw`\textcolor{${color}}{${tex}}`;
+};
 
 const n3 = (value: number): string => fixed(value).replace('−', '-');
 
@@ -45,21 +54,33 @@ function terms(why: Explanation): Term[] {
 }
 
 /** The sums of one lamp in one channel, with the numbers put in. */
-function numbersPutIn(why: Explanation, one: LightExplanation, scene: Scene, c: number): string {
+function numbersPutIn(
+  why: Explanation,
+  one: LightExplanation,
+  scene: Scene,
+  c: number,
+  name: string,
+): string {
   const material = scene.surface[why.surface];
   if (!material) return '';
   const light = scene.light[lamp.value];
   const intensity = light ? light.intensity * (light.color[c] ?? 0) : 1;
   const share = one.falloff * one.visibility;
   const factor = share === 1 ? '' : ` \\cdot ${n3(share)}`;
-  const lit = one.cos_theta > 0;
+  const phong =
+    one.cos_theta > 0 ? `${n3(Math.max(0, one.cos_phi))}^{${material.shininess}}` : '0';
   return String.raw`\begin{aligned}
-    I_{\mathrm{${channels[c]}}} ={}& ${n3(material.ka[c] ?? 0)} \cdot ${n3(why.ambient_light[c] ?? 0)}\\
-    &+ ${n3(material.kd[c] ?? 0)} \cdot ${n3(intensity)} \cdot ${n3(Math.max(0, one.cos_theta))}${factor}\\
-    &+ ${n3(material.ks[c] ?? 0)} \cdot ${n3(intensity)} \cdot ${
-      lit ? `${n3(Math.max(0, one.cos_phi))}^{${material.shininess}}` : '0'
-    }${factor}${why.lights.length > 1 ? String.raw`\\&+ \text{other lamps}` : ''}\\
+    I_{\mathrm{${name}}} ={}& ${tinted('ambient', `${n3(material.ka[c] ?? 0)} \\cdot ${n3(why.ambient_light[c] ?? 0)}`)}
+    + ${tinted('diffuse', `${n3(material.kd[c] ?? 0)} \\cdot ${n3(intensity)} \\cdot ${n3(Math.max(0, one.cos_theta))}${factor}`)}\\
+    &+ ${tinted('specular', `${n3(material.ks[c] ?? 0)} \\cdot ${n3(intensity)} \\cdot ${phong}${factor}`)}${why.lights.length > 1 ? String.raw`\\&+ \text{other lamps}` : ''}\\
     ={}& ${n3(why.total[c] ?? 0)} \end{aligned}`;
+}
+
+/** One sum for each channel, or a single one where all three are the same. */
+function sums(why: Explanation, one: LightExplanation, scene: Scene): { name: string; tex: string }[] {
+  const texts = channels.map((_, c) => numbersPutIn(why, one, scene, c, 'RGB'));
+  if (new Set(texts).size === 1) return [{ name: 'RGB', tex: texts[0]! }];
+  return channels.map((name, c) => ({ name, tex: numbersPutIn(why, one, scene, c, name) }));
 }
 
 function Bars({ all, total }: { all: Term[]; total: Vec3 }) {
@@ -166,7 +187,7 @@ function Hit({ why, scene }: { why: Explanation; scene: Scene }) {
     <>
       <Formula
         name="I equals ka Ia plus, for each lamp, kd I max(0, n dot l) plus ks I max(0, r dot e) to the shininess"
-        tex={String.raw`I = \textcolor{var(--ambient)}{k_a I_a} + \sum_{\text{lamps}} \textcolor{var(--diffuse)}{k_d I\,(n \cdot l)} + \textcolor{var(--specular)}{k_s I\,(r \cdot e)^{s}}`}
+        tex={String.raw`I = ${tinted('ambient', 'k_a I_a')} + \sum_{\text{lamps}} ${tinted('diffuse', String.raw`k_d I\,(n \cdot l)`)} + ${tinted('specular', String.raw`k_s I\,(r \cdot e)^{s}`)}`}
       />
       {one && (
         <>
@@ -183,8 +204,8 @@ function Hit({ why, scene }: { why: Explanation; scene: Scene }) {
               </>
             )}
           </p>
-          {channels.map((name, c) => (
-            <Formula key={name} name={`the sum in channel ${name}`} tex={numbersPutIn(why, one, scene, c)} />
+          {sums(why, one, scene).map(({ name, tex }) => (
+            <Formula key={name} name={`the sum in channel ${name}`} tex={tex} />
           ))}
         </>
       )}

@@ -185,7 +185,7 @@ export function LampPanel() {
       <Lamps lights={lights} />
       <div class="line">
         <button type="button" onClick={() => addLight(newLamp())}>
-          Add lamp
+          Add
         </button>
         {document && (
           <>

@@ -1,5 +1,5 @@
 import './style.css';
-import { effect, useSignal } from '@preact/signals';
+import { computed, effect, useSignal } from '@preact/signals';
 import { render } from 'preact';
 import { Section } from './controls';
 import { token } from './connection';
@@ -11,7 +11,7 @@ import { LampPanel, PlaceRow } from './lamp_panel';
 import { LightPanel } from './light_panel';
 import { dismiss, notes } from './notes';
 import { Picture } from './picture';
-import { explaining, frame, connected, hello } from './state';
+import { connected, explained, frame, hello } from './state';
 import { SurfacePanel } from './surface_panel';
 import { TopBar } from './top_bar';
 import { ViewPanel } from './view_panel';
@@ -28,7 +28,8 @@ const showSection = (id: string): void => {
   const section = document.querySelector<HTMLDetailsElement>(`#${id}-section`);
   if (!section) return;
   section.open = true;
-  section.scrollIntoView({ block: 'nearest' });
+  // Once it has its height.
+  requestAnimationFrame(() => section.scrollIntoView({ block: 'start' }));
 };
 
 function Dock() {
@@ -103,9 +104,9 @@ function Status() {
       <span>
         {now.size[0]} × {now.size[1]}
       </span>
-      <span>lit in {ms(now.ms.light)}</span>
-      <span>traced in {ms(now.ms.trace)}</span>
-      <span>{now.settled ? 'settled' : 'moving'}</span>
+      {now.ms.light > 0.05 && <span>lit in {ms(now.ms.light)}</span>}
+      {now.ms.trace > 0.05 && <span>traced in {ms(now.ms.trace)}</span>}
+      <span>{now.settled ? 'settled' : 'refining'}</span>
     </footer>
   );
 }
@@ -141,8 +142,9 @@ function Page() {
   );
 }
 
+const hasExplanation = computed(() => explained.value !== null);
 effect(() => {
-  if (explaining.value) showSection('explain');
+  if (hasExplanation.value) showSection('explain');
 });
 listenToKeys();
 render(<Page />, document.getElementById('page')!);

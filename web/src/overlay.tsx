@@ -81,7 +81,7 @@ function Lamp({ n }: { n: number }) {
       <svg class={chosen ? 'lamp chosen' : 'lamp'} x={percent(x)} y={percent(y)} onPointerDown={drag}>
         <title>{`Lamp ${n + 1} at ${at}: drag me`}</title>
         <circle class="touch" r="22" />
-        <circle class="halo" r="13" />
+        <circle class="halo" r="17" />
         <path class="rays" d="M0-10.5V-14M0 10.5V14M-10.5 0H-14M10.5 0H14M-7.4-7.4l-2.5-2.5M7.4 7.4l2.5 2.5M-7.4 7.4l-2.5 2.5M7.4-7.4l2.5-2.5" />
         <circle class="sun" r="6" />
       </svg>

@@ -18,15 +18,17 @@ function draw(canvas: HTMLCanvasElement, picture: ImageBitmap): void {
 
 /** Device pixels, so that one pixel of the picture is one of the display. */
 function observeSize(place: HTMLElement): () => void {
-  const update = (width: number, height: number) => {
+  const observer = new ResizeObserver(([entry]) => {
+    const box = place.getBoundingClientRect();
+    const pixels = (css: number, exact: number | undefined) => {
+      const near = css * devicePixelRatio;
+      return exact !== undefined && Math.abs(exact - near) <= 1 ? exact : Math.round(near);
+    };
+    const exact = entry?.devicePixelContentBoxSize?.[0];
+    const width = pixels(box.width, exact?.inlineSize);
+    const height = pixels(box.height, exact?.blockSize);
     const fit = Math.min(1, Math.sqrt(mostPixels / Math.max(1, width * height)));
     pictureSize.value = [Math.floor(width * fit), Math.floor(height * fit)];
-  };
-  const observer = new ResizeObserver(([entry]) => {
-    const exact = entry?.devicePixelContentBoxSize?.[0];
-    if (exact) return update(exact.inlineSize, exact.blockSize);
-    const box = place.getBoundingClientRect();
-    update(box.width * devicePixelRatio, box.height * devicePixelRatio);
   });
   try {
     observer.observe(place, { box: 'device-pixel-content-box' });

@@ -18,7 +18,7 @@ function FileMenu() {
   const file = useRef<HTMLInputElement>(null);
   const sceneFile = useRef<HTMLInputElement>(null);
   const name = scene.value?.input.join(', ') ?? '';
-  const shortName = name.split('/').pop() || 'isolux';
+  const shortName = name === 'example:ct-head' ? 'CT head (example)' : name.split('/').pop() || 'isolux';
   return (
     <>
       <Menu label={<span class="file-name">{shortName}</span>} name={`Scan: ${shortName}`}>

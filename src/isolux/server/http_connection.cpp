@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <optional>
 
 #include "isolux/base/error.h"
@@ -92,7 +93,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void read_header() {
     header_.emplace();
     header_->header_limit(kLongestHeader);
-    header_->body_limit(boost::none);  // set once it is known what comes
+    // Set once it is known what comes. (boost::none would be taken for 0 by Beast of Boost 1.74.)
+    header_->body_limit(std::numeric_limits<std::uint64_t>::max());
     stream_.expires_after(kPatience);
     http::async_read_header(stream_, buffer_, *header_,
                             [self = shared_from_this()](const beast::error_code& error,
