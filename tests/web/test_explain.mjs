@@ -40,18 +40,8 @@ check('the settled picture has the very pixels of isolux render', async (page) =
   const shown = await pixels(page);
   const scene = await savedScene(page);
   isolux('render', '--scene', scene, '-o', join(folder, 'same.png'));
-  const rendered = await page.evaluate(async (bytes) => {
-    const blob = new Blob([new Uint8Array(bytes)], { type: 'image/png' });
-    const bitmap = await createImageBitmap(blob, { colorSpaceConversion: 'none' });
-    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
-    context.drawImage(bitmap, 0, 0);
-    const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height);
-    return { width: bitmap.width, height: bitmap.height, data: [...data] };
-  }, [...readFileSync(join(folder, 'same.png'))]);
-  assert.deepEqual([shown.width, shown.height], [rendered.width, rendered.height]);
-  assert.deepEqual(shown.data, rendered.data);
-  const lit = shown.data.filter((value, n) => n % 4 === 0 && value > 100).length;
-  assert.ok(lit > 1000, 'there is a head in the picture');
+  assert.deepEqual(shown, await pixels(page, readFileSync(join(folder, 'same.png'))));
+  assert.ok(shown.bright > 1000, 'there is a head in the picture');
 });
 
 check('a saved picture is the file that isolux render writes', async (page) => {

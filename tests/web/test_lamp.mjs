@@ -30,7 +30,7 @@ check('the x slider relights the picture without tracing a ray', async (page) =>
   assert.equal(now.visibility, counted.visibility);
   assert.equal(now.skip_structure, counted.skip_structure);
   assert.ok(now.lighting > counted.lighting);
-  assert.notDeepEqual((await pixels(page)).data, before.data);
+  assert.notEqual((await pixels(page)).checksum, before.checksum);
 });
 
 check('the sun in the picture can be dragged', async (page) => {

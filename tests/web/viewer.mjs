@@ -108,13 +108,27 @@ export async function withPage(viewer, name, work, options) {
   }
 }
 
-/** The picture's pixels as they stand in the page. */
-export const pixels = (page) =>
-  page.evaluate(() => {
-    const canvas = document.querySelector('.picture canvas');
-    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-    return { width: canvas.width, height: canvas.height, data: [...data] };
-  });
+/** The picture as it stands in the page, or of a PNG file's bytes: size, a checksum of its pixels,
+ * and how many of them are bright. */
+export const pixels = (page, png) =>
+  page.evaluate(async (base64) => {
+    let canvas = document.querySelector('.picture canvas');
+    if (base64) {
+      const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+      const blob = new Blob([bytes], { type: 'image/png' });
+      const bitmap = await createImageBitmap(blob, { colorSpaceConversion: 'none' });
+      canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
+      canvas.getContext('2d').drawImage(bitmap, 0, 0);
+    }
+    const { width, height } = canvas;
+    const { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
+    const digest = new Uint8Array(await crypto.subtle.digest('SHA-256', data));
+    return {
+      size: [width, height],
+      checksum: [...digest].join(' '),
+      bright: data.filter((value, n) => n % 4 === 0 && value > 100).length,
+    };
+  }, png?.toString('base64'));
 
 /** What the page saves when `choose` is done: the path of the file. */
 export async function downloaded(page, choose) {

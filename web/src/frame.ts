@@ -25,7 +25,7 @@ export interface FrameHeader {
   legends: (Legend | null)[];
   camera: FrameCamera;
   lights: { point: boolean; place: Vec3 }[];
-  ms: { trace: number; light: number; display: number; encode: number };
+  ms: { trace: number; light: number; encode: number };
   counters: { skip_structure: number; visibility: number; lighting: number; display: number };
 }
 

@@ -177,7 +177,8 @@ class Writer {
   void write_display() {
     const bool raw = scene_.display.curve == Display::Curve::kRaw;
     line(std::string("Display: 255 times ") + (raw ? "" : "the sRGB curve of ") +
-         "exposure times I, clamped to 0..1 and rounded to nearest");
+         "exposure times I, clamped to 0..1 and rounded to nearest (I as the picture has it, a "
+         "32-bit float)");
     for (int c = 0; c < 3; ++c) {
       const double exposed = scene_.display.exposure * e_.radiance[c];
       const double clamped = std::fmin(1, std::fmax(0, transfer(scene_.display, exposed)));

@@ -25,7 +25,10 @@ bool wants_exr(const std::string& path) {
 }
 
 void warn_about_unseen(const LoadedScene& loaded, const SurfaceBuffer& buffer) {
-  const std::set<std::int32_t> seen(buffer.surface.begin(), buffer.surface.end());
+  std::set<std::int32_t> seen;
+  for (std::size_t place = 0; place < buffer.pixels(); ++place) {
+    if (buffer.is_hit(place)) seen.insert(buffer.surface[place]);
+  }
   for (std::size_t n = 0; n < loaded.scene.surfaces.size(); ++n) {
     if (seen.contains(static_cast<std::int32_t>(n))) continue;
     const IsoSurfaceItem& item = loaded.scene.surfaces[n];
@@ -58,7 +61,6 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
       std::launch::async, [&] { return all_checksums(loaded.inputs, loaded.description.inputs); });
   const Scene& scene = loaded.scene;
   const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera, progress_bar(arguments));
-  const Radiance radiance = light(scene, buffer);
   warn_about_unseen(loaded, buffer);
 
   const std::vector<InputChecksums> found = checksums.get();
@@ -73,7 +75,7 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
                     "give the original, or render without --again");
   }
   const Metadata metadata = provenance(ISOLUX_VERSION, with_defaults(loaded.document), found);
-  write_whole_file(output, encode_picture(scene, buffer, radiance, metadata, wants_exr(output)));
+  write_whole_file(output, encode_picture(scene, buffer, metadata, wants_exr(output)));
 }
 
 int render_again(const Arguments& arguments, const std::string& output) {

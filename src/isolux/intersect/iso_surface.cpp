@@ -142,8 +142,14 @@ IsoSurface::IsoSurface(std::shared_ptr<const Volume> volume,
       world_from_covector_(transpose(index_from_world_.linear)) {}
 
 std::optional<IsoHit> IsoSurface::first_hit(const Ray& world_ray, double t_max) const {
-  const Ray ray = straightened(
-      {index_from_world_.point(world_ray.origin), index_from_world_.vector(world_ray.direction)});
+  return first_hit_in_index_space(
+      {index_from_world_.point(world_ray.origin), index_from_world_.vector(world_ray.direction)},
+      t_max);
+}
+
+std::optional<IsoHit> IsoSurface::first_hit_in_index_space(const Ray& index_ray,
+                                                           double t_max) const {
+  const Ray ray = straightened(index_ray);
   const auto inside = clip_to_box(ray, volume_->dims);
   if (!inside) return std::nullopt;
   return visit_voxels(*volume_, [&]<typename T>(const VolumeView<T>& view) {

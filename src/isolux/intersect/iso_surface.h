@@ -30,6 +30,9 @@ class IsoSurface {
   std::optional<IsoHit> first_hit(const Ray& world_ray,
                                   double t_max = std::numeric_limits<double>::infinity()) const;
 
+  /// The same for a ray in index space, of any length; t counts in that length.
+  std::optional<IsoHit> first_hit_in_index_space(const Ray& index_ray, double t_max) const;
+
   /// The unit normal along -grad f in world space (towards lower values), with grad f the trilinear
   /// blend of central differences; where that vanishes or is not finite, the interpolant's own
   /// gradient; nothing where that vanishes too.
@@ -37,6 +40,8 @@ class IsoSurface {
 
   double iso() const { return iso_; }
   const Volume& volume() const { return *volume_; }
+  const Affine& index_from_world() const { return index_from_world_; }
+  const Mat3& world_from_covector() const { return world_from_covector_; }
 
  private:
   std::shared_ptr<const Volume> volume_;

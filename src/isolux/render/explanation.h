@@ -10,7 +10,9 @@
 
 namespace isolux {
 
-/// Why a pixel has its colour: the very numbers that the picture is made from.
+/// Why a pixel has its colour: what the picture knows of the surface there, and its lighting in
+/// doubles, term by term. The picture itself is lit in floats, which differ from these by some 1e-6
+/// at most; `radiance` and `shown` are the picture's own.
 struct Explanation {
   int x = 0;
   int y = 0;
@@ -18,7 +20,7 @@ struct Explanation {
   SurfaceSample sample;  ///< nothing met: the rest, but for `radiance` and `shown`, is empty
   bool turned = false;   ///< whether the normal was turned round to face the eye
   PixelTerms terms;
-  Rgb radiance;  ///< the total as a 32-bit float, or the background
+  Rgb radiance;  ///< the total as the picture has it, in 32-bit floats, or the background
   std::array<std::uint8_t, 3> shown{};
 };
 

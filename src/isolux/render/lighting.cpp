@@ -1,7 +1,5 @@
 #include "isolux/render/lighting.h"
 
-#include "isolux/base/parallel.h"
-
 namespace isolux {
 
 void RgbLayer::set(std::size_t pixel, Rgb value) {
@@ -23,30 +21,6 @@ void light_sample(const Scene& scene, const Ray& eye_ray, const SurfaceSample& s
     terms.specular = terms.specular + added.specular;
   }
   terms.total = terms.ambient + terms.diffuse + terms.specular;
-}
-
-Radiance light(const Scene& scene, const SurfaceBuffer& buffer) {
-  Radiance radiance(buffer.surface.size());
-  parallel_for(static_cast<std::size_t>(buffer.height), 16,
-               [&](std::size_t begin, std::size_t end) {
-                 PixelTerms terms;
-                 for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-                   for (int x = 0; x < buffer.width; ++x) {
-                     const std::size_t pixel = buffer.at(x, y);
-                     const SurfaceSample sample = buffer.sample(pixel);
-                     if (!sample.is_hit()) {
-                       radiance.total.set(pixel, scene.background);
-                       continue;
-                     }
-                     light_sample(scene, scene.camera->ray(x, y), sample, terms);
-                     radiance.ambient.set(pixel, terms.ambient);
-                     radiance.diffuse.set(pixel, terms.diffuse);
-                     radiance.specular.set(pixel, terms.specular);
-                     radiance.total.set(pixel, terms.total);
-                   }
-                 }
-               });
-  return radiance;
 }
 
 }  // namespace isolux

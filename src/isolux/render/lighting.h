@@ -17,9 +17,11 @@ struct RgbLayer {
   /// forgets the rounding of the first two of three (a fault in its vectorizer).
   void set(std::size_t pixel, Rgb value);
   Rgb at(std::size_t pixel) const { return {r[pixel], g[pixel], b[pixel]}; }
+  float* channel(int c) { return (c == 0 ? r : c == 1 ? g : b).data(); }
 };
 
-/// The terms of the reflection model for each pixel, kept apart; 0 where nothing is met.
+/// The terms of the reflection model for each pixel, kept apart, in the order of a SurfaceBuffer; 0
+/// where nothing is met.
 struct Radiance {
   RgbLayer ambient;
   RgbLayer diffuse;
@@ -41,11 +43,9 @@ struct PixelTerms {
 };
 
 /// Lights the surface that one eye ray has met (`sample.is_hit()`), into `terms`, whose list of
-/// lights is used again. Pictures and explanations both stand on this.
+/// lights is used again. Explanations tell these numbers; pictures have them from `relight`, which
+/// does the same in lanes of floats.
 void light_sample(const Scene& scene, const Ray& eye_ray, const SurfaceSample& sample,
                   PixelTerms& terms);
-
-/// Lights every pixel, on all threads.
-Radiance light(const Scene& scene, const SurfaceBuffer& buffer);
 
 }  // namespace isolux

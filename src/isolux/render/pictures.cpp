@@ -1,78 +1,67 @@
 #include "isolux/render/pictures.h"
 
-#include <algorithm>
 #include <string>
 
 #include "isolux/base/memory.h"
-#include "isolux/base/parallel.h"
 #include "isolux/image/exr.h"
 #include "isolux/image/png.h"
+#include "isolux/render/relight.h"
 
 namespace isolux {
 
-Picture displayed_picture(const Scene& scene, const Radiance& radiance) {
-  Picture picture{scene.camera->width(), scene.camera->height(), {}};
-  const std::size_t pixels = radiance.total.r.size();
-  picture.rgb.resize(3 * pixels);
-  parallel_for(pixels, 16384, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t pixel = begin; pixel < end; ++pixel) {
-      const auto shown = displayed(scene.display, radiance.total.at(pixel));
-      std::ranges::copy(shown, picture.rgb.begin() + static_cast<std::ptrdiff_t>(3 * pixel));
-    }
-  });
-  return picture;
-}
-
 Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radiance& radiance) {
-  const std::size_t pixels = buffer.surface.size();
-  Layers layers{buffer.width, buffer.height, {}};
-  const auto add = [&](const std::string& name, std::vector<float> values) {
+  Layers layers{buffer.width(), buffer.height(), {}};
+  // From the order of tiles to rows.
+  const auto add = [&](const std::string& name, auto value_at) {
+    std::vector<float> values;
+    values.reserve(static_cast<std::size_t>(buffer.width()) *
+                   static_cast<std::size_t>(buffer.height()));
+    for (int y = 0; y < buffer.height(); ++y) {
+      for (int x = 0; x < buffer.width(); ++x) values.push_back(value_at(x, y));
+    }
     layers.channels.push_back({name, std::move(values)});
   };
   const auto add_rgb = [&](const std::string& prefix, const RgbLayer& layer) {
-    add(prefix + "R", layer.r);
-    add(prefix + "G", layer.g);
-    add(prefix + "B", layer.b);
+    add(prefix + "R", [&](int x, int y) { return layer.r[buffer.at(x, y)]; });
+    add(prefix + "G", [&](int x, int y) { return layer.g[buffer.at(x, y)]; });
+    add(prefix + "B", [&](int x, int y) { return layer.b[buffer.at(x, y)]; });
   };
-  std::vector<float> coverage(pixels), depth(pixels), id(pixels), x(pixels), y(pixels), z(pixels);
-  for (int row = 0; row < buffer.height; ++row) {
-    for (int column = 0; column < buffer.width; ++column) {
-      const std::size_t pixel = buffer.at(column, row);
-      const bool hit = buffer.sample(pixel).is_hit();
-      coverage[pixel] = hit ? 1 : 0;
-      depth[pixel] = static_cast<float>(buffer.depth_mm[pixel]);
-      id[pixel] = static_cast<float>(buffer.surface[pixel]);
-      if (!hit) continue;
-      const Vec3 position = scene.camera->ray(column, row).at(buffer.depth_mm[pixel]);
-      x[pixel] = static_cast<float>(position.x);
-      y[pixel] = static_cast<float>(position.y);
-      z[pixel] = static_cast<float>(position.z);
-    }
-  }
+  const auto add_sample = [&](const std::string& name, auto of_sample) {
+    add(name, [&](int x, int y) {
+      return static_cast<float>(of_sample(buffer.sample(buffer.at(x, y))));
+    });
+  };
+  const auto add_position = [&](const std::string& name, int axis) {
+    add(name, [&](int x, int y) {
+      const SurfaceSample sample = buffer.sample(buffer.at(x, y));
+      if (!sample.is_hit()) return 0.0f;
+      return static_cast<float>(scene.camera->ray(x, y).at(sample.depth_mm)[axis]);
+    });
+  };
   add_rgb("", radiance.total);
-  add("A", std::move(coverage));
+  add_sample("A", [](const SurfaceSample& sample) { return sample.is_hit(); });
   add_rgb("ambient.", radiance.ambient);
   add_rgb("diffuse.", radiance.diffuse);
   add_rgb("specular.", radiance.specular);
-  const RgbLayer none(pixels);  // no indirect light and no mirrors are asked for
+  const RgbLayer none(buffer.pixels());  // no indirect light and no mirrors are asked for
   add_rgb("indirect.", none);
   add_rgb("mirror.", none);
-  add("normal.X", buffer.normal_x);
-  add("normal.Y", buffer.normal_y);
-  add("normal.Z", buffer.normal_z);
-  add("position.X", std::move(x));
-  add("position.Y", std::move(y));
-  add("position.Z", std::move(z));
-  add("depth.Z", std::move(depth));
-  add("surface.id", std::move(id));
+  add_sample("normal.X", [](const SurfaceSample& sample) { return sample.normal_x; });
+  add_sample("normal.Y", [](const SurfaceSample& sample) { return sample.normal_y; });
+  add_sample("normal.Z", [](const SurfaceSample& sample) { return sample.normal_z; });
+  add_position("position.X", 0);
+  add_position("position.Y", 1);
+  add_position("position.Z", 2);
+  add_sample("depth.Z", [](const SurfaceSample& sample) { return sample.depth_mm; });
+  add_sample("surface.id", [](const SurfaceSample& sample) { return sample.surface; });
   return layers;
 }
 
 std::string encode_picture(const Scene& scene, const SurfaceBuffer& buffer,
-                           const Radiance& radiance, const Metadata& metadata, bool is_exr) {
-  if (is_exr) return encode_exr(exr_layers(scene, buffer, radiance), metadata);
+                           const Metadata& metadata, bool is_exr) {
+  if (is_exr) return encode_exr(exr_layers(scene, buffer, light(scene, buffer)), metadata);
   const bool is_srgb = scene.display.curve == Display::Curve::kSrgb;
-  return encode_png(displayed_picture(scene, radiance), metadata, is_srgb);
+  return encode_png(LitPicture().relight(scene, buffer), metadata, is_srgb);
 }
 
 void check_picture_memory(const SceneDescription& scene, bool is_exr) {

@@ -1,56 +1,194 @@
 #include "isolux/render/ray_caster.h"
 
+#include <algorithm>
+#include <bit>
+
 #include "isolux/base/parallel.h"
+#include "isolux/render/tile_bounds.h"
 
 namespace isolux {
+namespace {
 
-SurfaceSample RayHit::sample() const {
-  return {t, static_cast<float>(normal.x), static_cast<float>(normal.y),
-          static_cast<float>(normal.z), static_cast<std::int32_t>(surface)};
-}
+constexpr int kLanes = RayLanes::kCount;
+static_assert(kLanes == 2 * SurfaceBuffer::kBlockPixels);
+
+// A lane's pixel in two blocks side by side.
+constexpr int lane_x(int n) { return (n & 3) + (n >> 4 << 2); }
+constexpr int lane_y(int n) { return n >> 2 & 3; }
+
+// The nearest hits of some pixels, with t as the fan counts it.
+struct PixelHits {
+  std::uint32_t hit = 0;
+  std::uint32_t turned = 0;
+  double t[kLanes];
+  float normal[3][kLanes];
+  std::int32_t surface[kLanes];
+
+  void add(const HitLanes& hits, std::int32_t number) {
+    for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
+      const int n = std::countr_zero(rest);
+      const std::uint32_t bit = 1u << n;
+      if ((hit & bit) && !(hits.t[n] < t[n])) continue;
+      hit |= bit;
+      turned = (turned & ~bit) | (hits.away & bit);
+      t[n] = hits.t[n];
+      surface[n] = number;
+      for (int axis = 0; axis < 3; ++axis) {
+        normal[axis][n] = hits.away & bit ? -hits.normal[axis][n] : hits.normal[axis][n];
+      }
+    }
+  }
+};
+
+// What one camera sees of a caster's surfaces.
+class Eye {
+ public:
+  Eye(const std::vector<std::shared_ptr<const IsoLanes>>& surfaces, const Camera& camera)
+      : width_(camera.width()), height_(camera.height()), world_(camera.fan()) {
+    for (const auto& lanes : surfaces) {
+      const IsoSurface& surface = lanes->surface();
+      views_.push_back({lanes.get(), carried(surface.index_from_world(), world_),
+                        TileBounds(lanes->skip(), surface.volume().world_from_index, camera,
+                                   SurfaceBuffer::kBlock)});
+    }
+  }
+
+  // The 8 x 4 pixels from (x0, y0): the upper or lower half of a tile.
+  PixelHits trace(int x0, int y0) const {
+    PixelHits nearest;
+    RayLanes rays;
+    HitLanes hits;
+    const std::uint32_t inside = pixels_inside(x0, y0);
+    for (std::size_t n = 0; n < views_.size(); ++n) {
+      const View& view = views_[n];
+      std::uint32_t lanes = 0;
+      for (int block = 0; block < 2 && x0 + 4 * block < width_; ++block) {
+        const std::size_t at = view.bounds.at(x0 + 4 * block, y0);
+        if (view.bounds.near[at] > view.bounds.far[at]) continue;
+        lanes |= 0xFFFFu << (16 * block);
+        std::fill_n(rays.begin + 16 * block, 16, view.bounds.near[at]);
+        std::fill_n(rays.end + 16 * block, 16, view.bounds.far[at]);
+      }
+      if ((lanes & inside) == 0) continue;
+      set_rays(view.fan, x0, y0, rays);
+      view.lanes->first_hits(rays, lanes & inside, hits);
+      nearest.add(hits, static_cast<std::int32_t>(n));
+    }
+    for (std::uint32_t rest = nearest.hit; rest != 0; rest &= rest - 1) {
+      finish(x0, y0, std::countr_zero(rest), nearest);
+    }
+    return nearest;
+  }
+
+ private:
+  struct View {
+    const IsoLanes* lanes;
+    RayFan fan;  // in the index space of the surface's volume
+    TileBounds bounds;
+  };
+
+  static void set_rays(const RayFan& fan, int x0, int y0, RayLanes& rays) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto fill = [&](const RayFan::Plane& plane, double* out) {
+        const double step_x = plane.along_x[axis], step_y = plane.along_y[axis];
+        for (int n = 0; n < kLanes; ++n) {
+          out[n] = plane.first[axis] + (x0 + lane_x(n)) * step_x + (y0 + lane_y(n)) * step_y;
+        }
+      };
+      fill(fan.origin, rays.origin[axis]);
+      fill(fan.direction, rays.direction[axis]);
+    }
+  }
+
+  std::uint32_t pixels_inside(int x0, int y0) const {
+    if (x0 + 8 <= width_ && y0 + 4 <= height_) return ~0u;
+    std::uint32_t lanes = 0;
+    for (int n = 0; n < kLanes; ++n) {
+      if (x0 + lane_x(n) < width_ && y0 + lane_y(n) < height_) lanes |= 1u << n;
+    }
+    return lanes;
+  }
+
+  // From the fan's t to mm; and where the surface has no normal, it faces the eye.
+  void finish(int x0, int y0, int n, PixelHits& hits) const {
+    const Vec3 direction = world_.direction.at(x0 + lane_x(n), y0 + lane_y(n));
+    const double scale = length(direction);
+    hits.t[n] *= scale;
+    auto& [nx, ny, nz] = hits.normal;
+    if (nx[n] != 0 || ny[n] != 0 || nz[n] != 0) return;
+    nx[n] = static_cast<float>(-direction.x / scale);
+    ny[n] = static_cast<float>(-direction.y / scale);
+    nz[n] = static_cast<float>(-direction.z / scale);
+  }
+
+  int width_, height_;
+  RayFan world_;
+  std::vector<View> views_;
+};
+
+}  // namespace
 
 RayCaster::RayCaster(const Scene& scene, const RayCaster* previous) {
   for (const IsoSurfaceItem& item : scene.surfaces) {
-    auto& of_volume = bricks_[item.volume];
-    if (!of_volume && previous && previous->bricks_.contains(item.volume)) {
-      of_volume = previous->bricks_.at(item.volume);
+    auto& bricks = bricks_[item.volume];
+    if (!bricks && previous && previous->bricks_.contains(item.volume)) {
+      bricks = previous->bricks_.at(item.volume);
     }
-    if (!of_volume) of_volume = std::make_shared<const BrickGrid>(*item.volume);
-    surfaces_.emplace_back(item.volume, of_volume, item.iso);
+    if (!bricks) bricks = std::make_shared<const BrickGrid>(*item.volume);
+    const VolumeAndIso key{item.volume, item.iso};
+    auto& lanes = lanes_[key];
+    if (!lanes && previous && previous->lanes_.contains(key)) lanes = previous->lanes_.at(key);
+    if (!lanes) {
+      lanes = std::make_shared<const IsoLanes>(IsoSurface(item.volume, bricks, item.iso), *bricks);
+    }
+    surfaces_.push_back(lanes);
   }
-}
-
-std::optional<RayHit> RayCaster::first_hit(const Ray& ray) const {
-  std::optional<IsoHit> nearest;
-  std::size_t nearest_surface = 0;
-  for (std::size_t n = 0; n < surfaces_.size(); ++n) {
-    const auto hit =
-        nearest ? surfaces_[n].first_hit(ray, nearest->t) : surfaces_[n].first_hit(ray);
-    if (!hit || (nearest && hit->t >= nearest->t)) continue;
-    nearest = hit;
-    nearest_surface = n;
-  }
-  if (!nearest) return std::nullopt;
-  const Vec3 to_eye = -ray.direction;
-  const Vec3 outward = surfaces_[nearest_surface].normal(*nearest).value_or(to_eye);
-  const bool turned = dot(outward, to_eye) < 0;
-  return RayHit{nearest->t, nearest_surface, turned ? -outward : outward, turned};
 }
 
 SurfaceBuffer RayCaster::cast(const Camera& camera, const ProgressListener& listener) const {
   SurfaceBuffer buffer(camera.width(), camera.height());
-  Progress progress(listener, "tracing", static_cast<std::size_t>(camera.height()));
-  parallel_for(static_cast<std::size_t>(camera.height()), 4,
+  cast(camera, buffer, listener);
+  return buffer;
+}
+
+void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
+                     const ProgressListener& listener) const {
+  const Eye eye(surfaces_, camera);
+  const auto tiles_x = static_cast<std::size_t>(buffer.tiles_x());
+  Progress progress(listener, "tracing", static_cast<std::size_t>(buffer.tiles_y()));
+  const auto trace_row = [&](std::size_t row) {
+    for (std::size_t column = 0; column < tiles_x; ++column) {
+      const std::size_t tile = row * tiles_x + column;
+      buffer.hits[tile] = 0;
+      for (std::size_t half = 0; half < 2; ++half) {
+        const int x0 = static_cast<int>(8 * column), y0 = static_cast<int>(8 * row + 4 * half);
+        if (y0 >= camera.height()) continue;
+        const PixelHits hits = eye.trace(x0, y0);
+        if (hits.hit == 0) continue;
+        buffer.hits[tile] |= std::uint64_t{hits.hit} << (32 * half);
+        const std::size_t at = 64 * tile + 32 * half;
+        std::copy_n(hits.t, kLanes, buffer.depth_mm.data() + at);
+        std::copy_n(hits.normal[0], kLanes, buffer.normal_x.data() + at);
+        std::copy_n(hits.normal[1], kLanes, buffer.normal_y.data() + at);
+        std::copy_n(hits.normal[2], kLanes, buffer.normal_z.data() + at);
+        std::copy_n(hits.surface, kLanes, buffer.surface.data() + at);
+      }
+    }
+  };
+  parallel_for(static_cast<std::size_t>(buffer.tiles_y()), 1,
                [&](std::size_t begin, std::size_t end) {
-                 for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-                   for (int x = 0; x < camera.width(); ++x) {
-                     const auto hit = first_hit(camera.ray(x, y));
-                     if (hit) buffer.set(buffer.at(x, y), hit->sample());
-                   }
-                 }
+                 for (std::size_t row = begin; row < end; ++row) trace_row(row);
                  progress.advance(end - begin);
                });
-  return buffer;
+}
+
+PixelHit RayCaster::cast_pixel(const Camera& camera, int x, int y) const {
+  const Eye eye(surfaces_, camera);
+  const PixelHits hits = eye.trace(x & ~7, y & ~3);
+  const int n = (x & 4) * 4 + (y & 3) * 4 + (x & 3);
+  if (!(hits.hit >> n & 1)) return {};
+  return {{hits.t[n], hits.normal[0][n], hits.normal[1][n], hits.normal[2][n], hits.surface[n]},
+          (hits.turned >> n & 1) != 0};
 }
 
 }  // namespace isolux

@@ -7,6 +7,7 @@
 #include "isolux/render/explanation.h"
 #include "isolux/render/pictures.h"
 #include "isolux/render/ray_caster.h"
+#include "isolux/render/relight.h"
 #include "isolux/scene/document.h"
 #include "isolux/volume/phantom.h"
 
@@ -25,18 +26,24 @@ Scene sphere_scene(const json& settings) {
   return resolve(description, {std::make_shared<Volume>(sphere_phantom())});
 }
 
+void expect_never(const SurfaceBuffer& buffer, std::int32_t surface) {
+  for (std::size_t place = 0; place < buffer.pixels(); ++place) {
+    EXPECT_NE(buffer.sample(place).surface, surface);
+  }
+}
+
 TEST(Render, two_surfaces_of_one_volume_show_the_nearer) {
   // The sphere of iso 0.25 (radius 24) hides that of 0.5 (radius 16), whichever is named first.
   const Scene scene = sphere_scene({{"surface", {{{"iso", 0.5}}, {{"iso", 0.25}}}}});
   const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera);
-  for (const std::int32_t surface : buffer.surface) EXPECT_NE(surface, 0);
-  EXPECT_EQ(buffer.surface[buffer.at(16, 16)], 1);
+  expect_never(buffer, 0);
+  EXPECT_EQ(buffer.sample(buffer.at(16, 16)).surface, 1);
 }
 
 TEST(Render, of_two_surfaces_in_one_place_the_first_is_seen) {
   const Scene scene = sphere_scene({{"surface", {{{"iso", 0.5}}, {{"iso", 0.5}}}}});
   const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera);
-  for (const std::int32_t surface : buffer.surface) EXPECT_NE(surface, 1);
+  expect_never(buffer, 1);
 }
 
 TEST(Render, one_thread_and_many_give_the_same_bits_in_every_layer) {
@@ -62,14 +69,18 @@ TEST(Render, an_explanation_has_the_numbers_of_the_picture) {
   const Scene scene = sphere_scene({{"light", {{{"kind", "point"}, {"at", {-30, -60, 57}}}}}});
   const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera);
   const Radiance radiance = light(scene, buffer);
-  const Picture picture = displayed_picture(scene, radiance);
+  LitPicture lit;
+  const Picture& picture = lit.relight(scene, buffer);
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) {
       const Explanation e = explain(scene, x, y);
       const std::size_t pixel = buffer.at(x, y);
       EXPECT_EQ(e.sample.is_hit(), buffer.sample(pixel).is_hit());
       EXPECT_EQ(e.radiance, radiance.total.at(pixel));
-      EXPECT_EQ(e.shown[1], picture.rgb[3 * pixel + 1]);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(e.terms.total[c], e.radiance[c], e.sample.is_hit() ? 1e-5 : 1);
+      }
+      EXPECT_EQ(e.shown[1], picture.rgb[static_cast<std::size_t>(3 * (32 * y + x) + 1)]);
     }
   }
 }

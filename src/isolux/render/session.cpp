@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "isolux/render/pictures.h"
-
 namespace isolux {
 namespace {
 
@@ -29,19 +27,16 @@ void Session::trace(const Scene& scene, const ProgressListener& listener) {
     ++counters_.skip_structure;
   }
   if (traced_ && traced_->camera == scene.camera) return;
-  buffer_ = caster_->cast(*scene.camera, listener);
+  const auto [width, height] = std::pair{scene.camera->width(), scene.camera->height()};
+  if (!buffer_ || buffer_->width() != width || buffer_->height() != height) {
+    buffer_.emplace(width, height);
+  }
+  traced_.reset();  // the listener may throw, and leave the buffer half written
+  caster_->cast(*scene.camera, *buffer_, listener);
   traced_ = scene;
   lit_.reset();
+  drawn_.reset();
   ++counters_.visibility;
-}
-
-void Session::relight(const Scene& scene) {
-  trace(scene, {});
-  if (lit_ && same_light(*lit_, scene)) return;
-  radiance_ = light(scene, *buffer_);
-  lit_ = scene;
-  displayed_.reset();
-  ++counters_.lighting;
 }
 
 const SurfaceBuffer& Session::surfaces(const Scene& scene, const ProgressListener& listener) {
@@ -50,17 +45,23 @@ const SurfaceBuffer& Session::surfaces(const Scene& scene, const ProgressListene
 }
 
 const Radiance& Session::radiance(const Scene& scene) {
-  relight(scene);
+  trace(scene, {});
+  if (lit_ && same_light(*lit_, scene)) return *radiance_;
+  radiance_ = light(scene, *buffer_);
+  lit_ = scene;
+  ++counters_.lighting;
   return *radiance_;
 }
 
 const Picture& Session::picture(const Scene& scene) {
-  relight(scene);
-  if (displayed_ && displayed_->display == scene.display) return picture_;
-  picture_ = displayed_picture(scene, *radiance_);
-  displayed_ = scene;
+  trace(scene, {});
+  const bool is_lit = drawn_ && same_light(*drawn_, scene);
+  if (is_lit && drawn_->display == scene.display) return picture_.picture();
+  is_lit ? picture_.redisplay(scene, *buffer_) : picture_.relight(scene, *buffer_);
+  counters_.lighting += is_lit ? 0 : 1;
   ++counters_.display;
-  return picture_;
+  drawn_ = scene;
+  return picture_.picture();
 }
 
 }  // namespace isolux

@@ -5,8 +5,8 @@
 
 #include "isolux/base/progress.h"
 #include "isolux/image/picture.h"
-#include "isolux/render/lighting.h"
 #include "isolux/render/ray_caster.h"
+#include "isolux/render/relight.h"
 #include "isolux/render/surface_buffer.h"
 #include "isolux/scene/scene.h"
 
@@ -37,23 +37,22 @@ class Session {
   };
 
   const SurfaceBuffer& surfaces(const Scene& scene, const ProgressListener& listener = {});
+  /// The terms kept apart, which `picture` does without.
   const Radiance& radiance(const Scene& scene);
-  /// The same bytes as `displayed_picture` of a scene drawn alone.
   const Picture& picture(const Scene& scene);
 
   const Counters& counters() const { return counters_; }
 
  private:
   void trace(const Scene& scene, const ProgressListener& listener);
-  void relight(const Scene& scene);
 
   Counters counters_;
   // Each stage with the scene that it last ran for.
-  std::optional<Scene> prepared_, traced_, lit_, displayed_;
+  std::optional<Scene> prepared_, traced_, lit_, drawn_;
   std::optional<RayCaster> caster_;
   std::optional<SurfaceBuffer> buffer_;
   std::optional<Radiance> radiance_;
-  Picture picture_;
+  LitPicture picture_;
 };
 
 }  // namespace isolux

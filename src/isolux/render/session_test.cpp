@@ -5,7 +5,6 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "isolux/render/pictures.h"
 #include "isolux/scene/document.h"
 #include "isolux/volume/phantom.h"
 

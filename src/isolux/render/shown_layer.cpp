@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "isolux/base/parallel.h"
-#include "isolux/render/pictures.h"
 
 namespace isolux {
 namespace {
@@ -45,16 +44,18 @@ Bytes color_at(const Legend& legend, double value) {
 // A picture whose pixels are `of_hit(x, y)` where a surface is met.
 Picture painted(const Scene& scene, const SurfaceBuffer& buffer,
                 const std::function<Bytes(int x, int y)>& of_hit) {
-  Picture picture{buffer.width, buffer.height, std::vector<std::uint8_t>(3 * buffer.surface.size())};
+  Picture picture{buffer.width(), buffer.height(), {}};
+  picture.rgb.resize(3 * static_cast<std::size_t>(buffer.width()) *
+                     static_cast<std::size_t>(buffer.height()));
   const Bytes background = displayed(scene.display, scene.background);
-  parallel_for(static_cast<std::size_t>(buffer.height), 16,
+  parallel_for(static_cast<std::size_t>(buffer.height()), 16,
                [&](std::size_t begin, std::size_t end) {
+                 auto out = picture.rgb.begin() +
+                            static_cast<std::ptrdiff_t>(3 * begin) * buffer.width();
                  for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-                   for (int x = 0; x < buffer.width; ++x) {
-                     const std::size_t pixel = buffer.at(x, y);
-                     const Bytes color = buffer.sample(pixel).is_hit() ? of_hit(x, y) : background;
-                     std::ranges::copy(
-                         color, picture.rgb.begin() + static_cast<std::ptrdiff_t>(3 * pixel));
+                   for (int x = 0; x < buffer.width(); ++x) {
+                     const bool is_hit = buffer.is_hit(buffer.at(x, y));
+                     out = std::ranges::copy(is_hit ? of_hit(x, y) : background, out).out;
                    }
                  }
                });
@@ -97,8 +98,9 @@ Picture normals(const Scene& scene, const SurfaceBuffer& buffer) {
 ShownPicture depth(const Scene& scene, const SurfaceBuffer& buffer) {
   Legend legend{0, 0, "mm", sequential()};
   bool any = false;
-  for (const double mm : buffer.depth_mm) {
-    if (!std::isfinite(mm)) continue;
+  for (std::size_t place = 0; place < buffer.pixels(); ++place) {
+    if (!buffer.is_hit(place)) continue;
+    const double mm = buffer.depth_mm[place];
     legend.low = any ? std::min(legend.low, mm) : mm;
     legend.high = any ? std::max(legend.high, mm) : mm;
     any = true;

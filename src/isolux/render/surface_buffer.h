@@ -25,37 +25,69 @@ struct SurfaceSample {
 
 /// For each pixel, what the eye ray meets first, and nothing of light: distance, shading normal and
 /// surface number. The position is the camera's ray at that distance, to the precision of doubles.
-struct SurfaceBuffer {
-  int width = 0;
-  int height = 0;
+///
+/// Pixels lie in tiles of 8 x 8, each of four blocks of 4 x 4, so that sixteen lanes read and write
+/// what is next to each other in both ways; `at` knows the order. Tiles reach over the right and
+/// lower edges of the picture. Where a pixel has no bit in `hits`, its numbers mean nothing.
+class SurfaceBuffer {
+ public:
+  static constexpr int kTile = 8;  ///< pixels along an edge
+  static constexpr int kTilePixels = 64;
+  static constexpr int kBlock = 4;
+  static constexpr int kBlockPixels = 16;
+
+  SurfaceBuffer(int width, int height)
+      : width_(width),
+        height_(height),
+        tiles_x_((width + kTile - 1) / kTile),
+        tiles_y_((height + kTile - 1) / kTile),
+        hits(static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y_)),
+        depth_mm(pixels()),
+        normal_x(pixels()),
+        normal_y(pixels()),
+        normal_z(pixels()),
+        surface(pixels()) {}
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  int tiles_x() const { return tiles_x_; }
+  int tiles_y() const { return tiles_y_; }
+  /// Length of the arrays: that of all tiles.
+  std::size_t pixels() const {
+    return kTilePixels * static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y_);
+  }
+
+  /// Place of pixel (x, y) in the arrays.
+  std::size_t at(int x, int y) const {
+    const auto tile = static_cast<std::size_t>(y / kTile) * static_cast<std::size_t>(tiles_x_) +
+                      static_cast<std::size_t>(x / kTile);
+    const int block = (y & 4) / 2 + (x & 4) / 4;
+    return tile * kTilePixels + static_cast<std::size_t>(block * 16 + (y & 3) * 4 + (x & 3));
+  }
+  bool is_hit(std::size_t place) const { return hits[place / kTilePixels] >> place % 64 & 1; }
+
+  SurfaceSample sample(std::size_t place) const {
+    if (!is_hit(place)) return {};
+    return {depth_mm[place], normal_x[place], normal_y[place], normal_z[place], surface[place]};
+  }
+  /// `sample` must be a hit.
+  void set(std::size_t place, const SurfaceSample& sample) {
+    hits[place / kTilePixels] |= std::uint64_t{1} << place % kTilePixels;
+    depth_mm[place] = sample.depth_mm;
+    normal_x[place] = sample.normal_x;
+    normal_y[place] = sample.normal_y;
+    normal_z[place] = sample.normal_z;
+    surface[place] = sample.surface;
+  }
+
+ private:
+  int width_, height_, tiles_x_, tiles_y_;
+
+ public:
+  std::vector<std::uint64_t> hits;  ///< a word for each tile, a bit for each of its pixels
   std::vector<double> depth_mm;
   std::vector<float> normal_x, normal_y, normal_z;
   std::vector<std::int32_t> surface;
-
-  SurfaceBuffer(int w, int h) : width(w), height(h) {
-    const std::size_t pixels = static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
-    const SurfaceSample nothing;
-    depth_mm.assign(pixels, nothing.depth_mm);
-    normal_x.assign(pixels, nothing.normal_x);
-    normal_y.assign(pixels, nothing.normal_y);
-    normal_z.assign(pixels, nothing.normal_z);
-    surface.assign(pixels, nothing.surface);
-  }
-
-  std::size_t at(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-           static_cast<std::size_t>(x);
-  }
-  SurfaceSample sample(std::size_t pixel) const {
-    return {depth_mm[pixel], normal_x[pixel], normal_y[pixel], normal_z[pixel], surface[pixel]};
-  }
-  void set(std::size_t pixel, const SurfaceSample& sample) {
-    depth_mm[pixel] = sample.depth_mm;
-    normal_x[pixel] = sample.normal_x;
-    normal_y[pixel] = sample.normal_y;
-    normal_z[pixel] = sample.normal_z;
-    surface[pixel] = sample.surface;
-  }
 };
 
 }  // namespace isolux

@@ -62,13 +62,27 @@ Camera::Camera(const CameraDescription& description, int width, int height,
   up_ = cross(back_, right_);
 }
 
+RayFan Camera::fan() const {
+  const double pixel = pixel_size();
+  const RayFan::Plane across{
+      (0.5 - 0.5 * width_) * pixel * right_ + (0.5 * height_ - 0.5) * pixel * up_, pixel * right_,
+      -pixel * up_};
+  if (orthographic_) {
+    return {{eye_ + across.first, across.along_x, across.along_y}, {-back_, {}, {}}};
+  }
+  return {{eye_, {}, {}}, {across.first - back_, across.along_x, across.along_y}};
+}
+
 Ray Camera::ray(int x, int y) const {
-  const double pixel = 2 * half_height_ / height_;
-  const double to_right = (x + 0.5 - 0.5 * width_) * pixel;
-  const double to_top = (0.5 * height_ - (y + 0.5)) * pixel;
-  const Vec3 across = to_right * right_ + to_top * up_;
-  if (orthographic_) return {eye_ + across, -back_};
-  return {eye_, normalize(across - back_)};
+  const Ray ray = fan().ray(x, y);
+  return {ray.origin, normalize(ray.direction)};
+}
+
+RayFan carried(const Affine& map, const RayFan& fan) {
+  const auto& [origin, direction] = fan;
+  return {
+      {map.point(origin.first), map.vector(origin.along_x), map.vector(origin.along_y)},
+      {map.vector(direction.first), map.vector(direction.along_x), map.vector(direction.along_y)}};
 }
 
 }  // namespace isolux

@@ -12,6 +12,24 @@ struct BoundingSphere {
   double radius_mm = 0;
 };
 
+/// The eye rays of a picture as functions of the pixel: origin and direction of pixel (x, y) are
+/// each first + x * along_x + y * along_y. Directions have length 1 along the line of sight, so t
+/// counts the distance in mm from the eye's plane.
+struct RayFan {
+  struct Plane {
+    Vec3 first, along_x, along_y;
+
+    Vec3 at(double x, double y) const { return first + x * along_x + y * along_y; }
+  };
+
+  Plane origin, direction;
+
+  Ray ray(double x, double y) const { return {origin.at(x, y), direction.at(x, y)}; }
+};
+
+/// The same rays in another space.
+RayFan carried(const Affine& map, const RayFan& fan);
+
 /// A camera in world space. Row 0 is the top of the picture; rays pass through pixel centres.
 class Camera {
  public:
@@ -23,6 +41,13 @@ class Camera {
   /// the distance in mm from the eye (orthographic: from the eye's plane).
   Ray ray(int x, int y) const;
 
+  /// All of them, not of unit length.
+  RayFan fan() const;
+
+  Vec3 eye() const { return eye_; }
+  bool is_orthographic() const { return orthographic_; }
+  /// A pixel's edge in mm; for a perspective camera at 1 mm from the eye.
+  double pixel_size() const { return 2 * half_height_ / height_; }
   int width() const { return width_; }
   int height() const { return height_; }
   bool orthographic() const { return orthographic_; }

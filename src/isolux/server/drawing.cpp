@@ -131,16 +131,12 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
   whole_ = std::move(whole);
   reduction_ = by;
 
-  const auto lit = Clock::now();
-  session_.radiance(scene);
-  const double light_ms = ms_since(lit);
-
-  const auto shown = Clock::now();
+  const auto lighting = Clock::now();
   std::vector<ShownPicture> pictures;
   for (const ShownLayer layer : request.show) {
     pictures.push_back(show_layer(layer, scene, request.light, session_));
   }
-  const double display_ms = ms_since(shown);
+  const double light_ms = ms_since(lighting);
 
   const auto encoding = Clock::now();
   int sent_by = 1;
@@ -173,7 +169,6 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
                        {"ms",
                         {{"trace", trace_ms},
                          {"light", light_ms},
-                         {"display", display_ms},
                          {"encode", ms_since(encoding)}}},
                        {"counters", counters_json(session_.counters())}};
   return framed(header, files);
@@ -182,8 +177,8 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
 std::optional<Drawing::Picked> Drawing::pick(double across, double down) {
   if (!scene_) return std::nullopt;
   const SurfaceBuffer& buffer = session_.surfaces(*scene_);
-  const int x = static_cast<int>(across * buffer.width);
-  const int y = static_cast<int>(down * buffer.height);
+  const int x = static_cast<int>(across * buffer.width());
+  const int y = static_cast<int>(down * buffer.height());
   const SurfaceSample sample = buffer.sample(buffer.at(x, y));
   if (!sample.is_hit()) return std::nullopt;
   return Picked{scene_->camera->ray(x, y).at(sample.depth_mm), sample.normal(), sample.depth_mm};

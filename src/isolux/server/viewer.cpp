@@ -6,6 +6,7 @@
 
 #include "isolux/base/error.h"
 #include "isolux/render/pictures.h"
+#include "isolux/render/session.h"
 #include "isolux/scene/document.h"
 #include "isolux/scene/option_table.h"
 #include "isolux/volume/statistics.h"
@@ -107,9 +108,8 @@ std::string Viewer::saved_picture(const json& request) const {
   check_picture_memory(description, is_exr);
   const Scene scene = resolve(description, inputs_.volumes_of(document));
   Session session;
-  const Radiance& radiance = session.radiance(scene);
   return encode_picture(
-      scene, session.surfaces(scene), radiance,
+      scene, session.surfaces(scene),
       provenance(version_, with_defaults(document), inputs_.checksums_of(document)), is_exr);
 }
 

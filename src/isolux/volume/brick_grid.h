@@ -27,11 +27,15 @@ class BrickGrid {
   static double bytes(const std::array<int, 3>& volume_dims);
 
   const std::array<int, 3>& dims() const { return dims_; }  ///< bricks along i, j, k
+  const std::vector<BrickRange>& ranges() const { return ranges_; }
   const BrickRange& at(const std::array<int, 3>& brick) const {
     return ranges_[index(brick[0], brick[1], brick[2])];
   }
 
  private:
+  template <typename T>
+  void fill_row(const VolumeView<T>& v, int b, int c);
+
   std::size_t index(int a, int b, int c) const {
     return static_cast<std::size_t>(a) +
            static_cast<std::size_t>(dims_[0]) *

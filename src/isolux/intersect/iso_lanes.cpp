@@ -1,0 +1,101 @@
+#include "isolux/intersect/iso_lanes.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "isolux/intersect/lane_walk.h"
+
+namespace isolux {
+namespace {
+
+template <typename T>
+constexpr lanes::VoxelType kVoxelType = std::is_same_v<T, std::uint8_t>    ? lanes::VoxelType::kU8
+                                        : std::is_same_v<T, std::int16_t>  ? lanes::VoxelType::kI16
+                                        : std::is_same_v<T, std::uint16_t> ? lanes::VoxelType::kU16
+                                                                           : lanes::VoxelType::kF32;
+
+// The greatest |value - iso|; infinite voxels are left out, as no surface lies beside them.
+double greatest_difference(const BrickGrid& bricks, double iso) {
+  double greatest = 0;
+  for (const BrickRange& range : bricks.ranges()) {
+    for (const double value : {range.low, range.high}) {
+      if (std::isfinite(value)) greatest = std::max(greatest, std::fabs(value - iso));
+    }
+  }
+  return greatest;
+}
+
+Ray lane_ray(const RayLanes& rays, std::size_t n) {
+  Ray ray;
+  for (int axis = 0; axis < 3; ++axis) {
+    ray.origin[axis] = rays.origin[axis][n];
+    ray.direction[axis] = rays.direction[axis][n];
+  }
+  return ray;
+}
+
+void set_normal(HitLanes& hits, std::size_t n, Vec3 normal, Vec3 world_direction) {
+  for (int axis = 0; axis < 3; ++axis) hits.normal[axis][n] = static_cast<float>(normal[axis]);
+  if (dot(normal, world_direction) > 0) hits.away |= 1u << n;
+}
+
+}  // namespace
+
+IsoLanes::IsoLanes(IsoSurface surface, const BrickGrid& bricks)
+    : surface_(std::move(surface)),
+      skip_(surface_.volume(), bricks, surface_.iso()),
+      greatest_(greatest_difference(bricks, surface_.iso())) {}
+
+void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& hits) const {
+  const Volume& volume = surface_.volume();
+  lanes::Field field{};
+  visit_voxels(volume, [&]<typename T>(const VolumeView<T>& view) {
+    field.type = kVoxelType<T>;
+    field.voxels = view.voxels;
+    field.is_wide = voxel_count(volume) * sizeof(T) >= std::size_t{1} << 31;
+  });
+  std::ranges::copy(volume.dims, field.dims);
+  field.leaps = skip_.leaps();
+  field.cells = reinterpret_cast<const std::uint32_t*>(skip_.cells());
+  field.block_stride_y = static_cast<std::int32_t>(skip_.stride_y());
+  field.block_stride_z = static_cast<std::int32_t>(skip_.stride_z());
+  field.block_count = static_cast<std::int32_t>(skip_.size());
+  field.iso = static_cast<float>(surface_.iso());
+  field.iso_rest = static_cast<float>(surface_.iso() - static_cast<double>(field.iso));
+  field.doubt = static_cast<float>(kDoubt * greatest_);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      field.world_from_covector[row][column] =
+          static_cast<float>(surface_.world_from_covector().at(row, column));
+    }
+  }
+
+  lanes::Found found;
+  lanes::walk(field, rays, lanes, hits, found);
+  hits.hit = found.hit;
+  hits.away = found.away;
+  for (std::uint32_t rest = found.without_normal; rest != 0; rest &= rest - 1) {
+    const auto n = static_cast<std::size_t>(std::countr_zero(rest));
+    IsoHit hit{hits.t[n],
+               {found.cell[0][n], found.cell[1][n], found.cell[2][n]},
+               {found.local[0][n], found.local[1][n], found.local[2][n]}};
+    hits.away &= ~(1u << n);
+    set_normal(hits, n, surface_.normal(hit).value_or(Vec3{}),
+               volume.world_from_index.vector(lane_ray(rays, n).direction));
+  }
+  for (std::uint32_t rest = found.undecided; rest != 0; rest &= rest - 1) {
+    const auto n = static_cast<std::size_t>(std::countr_zero(rest));
+    Ray ray = lane_ray(rays, n);
+    const double begin = rays.begin[n];
+    ray.origin = ray.at(begin);
+    const auto hit = surface_.first_hit_in_index_space(ray, rays.end[n] - begin);
+    if (!hit) continue;
+    hits.hit |= 1u << n;
+    hits.t[n] = begin + hit->t;
+    set_normal(hits, n, surface_.normal(*hit).value_or(Vec3{}),
+               volume.world_from_index.vector(ray.direction));
+  }
+}
+
+}  // namespace isolux

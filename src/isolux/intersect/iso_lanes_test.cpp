@@ -1,0 +1,184 @@
+#include "isolux/intersect/iso_lanes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "isolux/volume/phantom.h"
+
+namespace isolux {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Disagreements {
+  int rays = 0;
+  int hits = 0;
+  int other = 0;        ///< hit by one and not by the other, or in another place
+  double residual = 0;  ///< greatest |f - iso| at a hit, over the greatest |voxel - iso|
+  double normal = 0;    ///< greatest distance between unit normals
+};
+
+// Shoots rays by both and compares. `next` makes rays in index space.
+template <typename NextRay>
+Disagreements compare(const Volume& volume, double iso, int packets, NextRay next) {
+  const auto shared = std::make_shared<const Volume>(volume);
+  const auto bricks = std::make_shared<const BrickGrid>(*shared);
+  const IsoSurface oracle(shared, bricks, iso);
+  const IsoLanes lanes(IsoSurface(shared, bricks, iso), *bricks);
+  double greatest = 0;
+  for (const BrickRange& range : bricks->ranges()) {
+    greatest = std::max({greatest, std::fabs(range.low - iso), std::fabs(range.high - iso)});
+  }
+  Disagreements result;
+  RayLanes rays;
+  HitLanes hits;
+  for (int packet = 0; packet < packets; ++packet) {
+    Ray ray[RayLanes::kCount];
+    for (int n = 0; n < RayLanes::kCount; ++n) {
+      ray[n] = next();
+      for (int axis = 0; axis < 3; ++axis) {
+        rays.origin[axis][n] = ray[n].origin[axis];
+        rays.direction[axis][n] = ray[n].direction[axis];
+      }
+      rays.begin[n] = 0;
+      rays.end[n] = std::numeric_limits<float>::infinity();
+    }
+    lanes.first_hits(rays, ~0u, hits);
+    for (int n = 0; n < RayLanes::kCount; ++n) {
+      ++result.rays;
+      const auto expected = oracle.first_hit_in_index_space(ray[n], kInfinity);
+      const bool hit = hits.hit >> n & 1;
+      if (hit != expected.has_value()) {
+        ++result.other;
+        continue;
+      }
+      if (!hit) continue;
+      ++result.hits;
+      const double along = length(ray[n].direction) * std::fabs(hits.t[n] - expected->t);
+      const Vec3 p = ray[n].at(hits.t[n]);
+      CellIndex cell;
+      Vec3 local;
+      for (int axis = 0; axis < 3; ++axis) {
+        cell[axis] = std::clamp(static_cast<int>(std::floor(p[axis])), 0, volume.dims[axis] - 2);
+        local[axis] = p[axis] - cell[axis];
+      }
+      const double value = visit_voxels(
+          *shared, [&](const auto& view) { return interpolate(cell_corners(view, cell), local); });
+      result.residual = std::max(result.residual, std::fabs(value - iso) / greatest);
+      // Two roots of one surface lie further apart than this, or the field between them is flat.
+      if (along > 1e-2) ++result.other;
+      const Vec3 normal{hits.normal[0][n], hits.normal[1][n], hits.normal[2][n]};
+      const double towards = dot(normal, ray[n].direction) / length(ray[n].direction);
+      if (std::fabs(towards) > 1e-5 && (hits.away >> n & 1) != (towards > 0)) ++result.other;
+      if (along < 1e-5) {
+        result.normal =
+            std::max(result.normal, length(normal - oracle.normal(*expected).value_or(Vec3{})));
+      }
+    }
+  }
+  return result;
+}
+
+class RandomRays {
+ public:
+  RandomRays(const std::array<int, 3>& dims, unsigned seed) : dims_(dims), random_(seed) {}
+
+  // From around the volume to a point in it.
+  Ray operator()() {
+    Vec3 from, to;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double size = dims_[static_cast<std::size_t>(axis)] - 1;
+      from[axis] = size / 2 + 2 * size * (uniform() - 0.5) * 2;
+      to[axis] = size * uniform();
+    }
+    return {from, normalize(to - from)};
+  }
+
+  double uniform() { return std::uniform_real_distribution<double>(0, 1)(random_); }
+  unsigned integer() { return static_cast<unsigned>(random_()); }
+
+ private:
+  std::array<int, 3> dims_;
+  std::mt19937 random_;
+};
+
+template <typename T>
+Volume random_volume(const std::array<int, 3>& dims, unsigned seed, double low, double high) {
+  RandomRays random(dims, seed);
+  std::vector<T> voxels(static_cast<std::size_t>(dims[0] * dims[1] * dims[2]));
+  for (T& voxel : voxels) voxel = static_cast<T>(low + (high - low) * random.uniform());
+  Volume volume;
+  volume.dims = dims;
+  volume.voxels = std::move(voxels);
+  return volume;
+}
+
+void expect_agreement(const Disagreements& found) {
+  EXPECT_EQ(found.other, 0) << "of " << found.rays;
+  EXPECT_GT(found.hits, 0);
+  EXPECT_LE(found.residual, IsoLanes::kDoubt);
+  EXPECT_LT(found.normal, 1e-3);
+}
+
+TEST(IsoLanes, agree_with_the_oracle_on_noise_of_every_voxel_type) {
+  const std::array<int, 3> dims{19, 23, 17};
+  // High thresholds leave isolated peaks: pairs of crossings in one cell.
+  expect_agreement(
+      compare(random_volume<std::uint8_t>(dims, 1, 0, 256), 240.5, 2000, RandomRays(dims, 11)));
+  expect_agreement(
+      compare(random_volume<std::int16_t>(dims, 2, -1000, 1000), 930, 2000, RandomRays(dims, 12)));
+  expect_agreement(compare(random_volume<std::uint16_t>(dims, 3, 0, 65535), 30000.25, 2000,
+                           RandomRays(dims, 13)));
+  expect_agreement(compare(random_volume<float>(dims, 4, -1, 1), 0.9, 2000, RandomRays(dims, 14)));
+}
+
+TEST(IsoLanes, agree_with_the_oracle_on_the_sphere_and_from_inside_it) {
+  const Volume sphere = sphere_phantom();
+  expect_agreement(compare(sphere, 0.5, 2000, RandomRays(sphere.dims, 21)));
+  RandomRays random(sphere.dims, 22);
+  const Disagreements inside = compare(sphere, 0.5, 2000, [&]() -> Ray {
+    const Vec3 to{random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5};
+    return {{32, 32, 32}, normalize(to)};
+  });
+  expect_agreement(inside);
+  EXPECT_EQ(inside.hits, inside.rays);  // nothing escapes from a closed shape
+}
+
+TEST(IsoLanes, agree_on_thin_sheets_along_a_diagonal) {
+  // Voxels with i == j are above, all others below: both crossings lie in one cell.
+  Volume sheet;
+  sheet.dims = {16, 16, 8};
+  std::vector<std::int16_t> voxels;
+  for (int n = 0; n < 16 * 16 * 8; ++n) voxels.push_back(n % 16 == n / 16 % 16 ? 1000 : -900);
+  sheet.voxels = std::move(voxels);
+  expect_agreement(compare(sheet, 0, 2000, RandomRays(sheet.dims, 31)));
+}
+
+TEST(IsoLanes, agree_on_rays_along_faces_edges_and_through_corners) {
+  const std::array<int, 3> dims{9, 8, 10};
+  RandomRays random(dims, 41);
+  const auto ray_on_grid = [&]() -> Ray {
+    Vec3 from, to;
+    for (int axis = 0; axis < 3; ++axis) {
+      from[axis] = random.integer() % dims[static_cast<std::size_t>(axis)];
+      to[axis] = random.integer() % dims[static_cast<std::size_t>(axis)];
+    }
+    const int axis = static_cast<int>(random.integer() % 3);
+    if (random.integer() % 2) {
+      to = from;
+      to[axis] += random.integer() % 2 ? 1 : -1;
+    }
+    if (from == to) to[axis] += 1;
+    const Vec3 direction = to - from;
+    return {from - 20.0 * direction, direction};
+  };
+  expect_agreement(
+      compare(random_volume<std::int16_t>(dims, 5, -1000, 1000), 500.5, 4000, ray_on_grid));
+  expect_agreement(compare(random_volume<float>(dims, 6, -1, 1), 0.4, 4000, ray_on_grid));
+}
+
+}  // namespace
+}  // namespace isolux

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+
+#include "isolux/intersect/iso_lanes.h"
+
+// What iso_lanes.cpp and the code for each instruction set say to each other.
+
+namespace isolux::lanes {
+
+enum class VoxelType { kU8, kI16, kU16, kF32 };
+
+/// All that the walk of a ray needs, in plain numbers.
+struct Field {
+  VoxelType type;
+  const void* voxels;
+  std::int32_t dims[3];
+  bool is_wide;  ///< voxels lie further than 2^31 bytes apart
+  const std::uint8_t* leaps;
+  const std::uint32_t* cells;  ///< two words a block, the lower z first
+  std::int32_t block_stride_y;
+  std::int32_t block_stride_z;
+  std::int32_t block_count;
+  float iso;                        ///< the iso value, and
+  float iso_rest;                   ///< what is missing from it to the double
+  float doubt;                      ///< a field value within this of 0 has no certain sign
+  float world_from_covector[3][3];  ///< row-major
+};
+
+/// A hit, to have its normal told by the oracle where the lanes leave it.
+struct Found {
+  std::uint32_t hit = 0;
+  std::uint32_t away = 0;            ///< the normal points along the ray
+  std::uint32_t undecided = 0;       ///< ask the oracle
+  std::uint32_t without_normal = 0;  ///< ask the oracle for the normal
+  alignas(64) std::int32_t cell[3][RayLanes::kCount];
+  alignas(64) float local[3][RayLanes::kCount];
+};
+
+/// The code for the best instruction set allowed.
+void walk(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes& hits,
+          Found& found);
+
+}  // namespace isolux::lanes

@@ -1,0 +1,257 @@
+#define HWY_DISABLED_TARGETS HWY_SSSE3
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "isolux/render/relight_lanes.cpp"
+#include <hwy/foreach_target.h>
+// Highway compiles what follows once for each instruction set.
+#include <hwy/highway.h>
+
+#include "isolux/base/lane_math-inl.h"
+#include "isolux/render/relight_inputs.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace isolux::relighting::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+#if HWY_TARGET == HWY_SCALAR
+
+// A machine without SSE4: the plain form does everything.
+void light_tiles(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
+  light_plainly(in, begin, end, out);
+}
+
+void show_tiles(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
+  show_plainly(in, begin, end, out);
+}
+
+#else
+
+using isolux::HWY_NAMESPACE::lane_pow_of_1_minus;
+
+constexpr hn::CappedTag<float, SurfaceBuffer::kBlockPixels> kF;
+constexpr hn::RebindToSigned<decltype(kF)> kI;
+using VF = hn::Vec<decltype(kF)>;
+using VI = hn::Vec<decltype(kI)>;
+using MF = hn::Mask<decltype(kF)>;
+
+struct Vector {
+  VF x, y, z;
+};
+
+HWY_INLINE VF all(float value) { return hn::Set(kF, value); }
+HWY_INLINE VF dot(const Vector& a, const Vector& b) {
+  return hn::MulAdd(a.z, b.z, hn::MulAdd(a.y, b.y, hn::Mul(a.x, b.x)));
+}
+HWY_INLINE Vector scaled(const Vector& a, VF s) {
+  return {hn::Mul(a.x, s), hn::Mul(a.y, s), hn::Mul(a.z, s)};
+}
+
+// Which lanes of the vector at `first` are set in the block's sixteen bits.
+HWY_INLINE MF mask_of(std::uint32_t block_bits, std::size_t first) {
+  const std::uint32_t mine = block_bits >> first;
+  const std::uint8_t bits[8] = {static_cast<std::uint8_t>(mine),
+                                static_cast<std::uint8_t>(mine >> 8)};
+  return hn::LoadMaskBits(kF, bits);
+}
+
+HWY_INLINE Vector plane_at(const float (&first)[3], const float (&along_x)[3],
+                           const float (&along_y)[3], VF x, VF y) {
+  const auto one = [&](int a) HWY_ATTR {
+    return hn::MulAdd(y, all(along_y[a]), hn::MulAdd(x, all(along_x[a]), all(first[a])));
+  };
+  return {one(0), one(1), one(2)};
+}
+
+struct Terms {
+  VF ambient[3], diffuse[3], specular[3];
+};
+
+// One vector's lanes as the reflection model sees them. Positions are relative to the eye.
+struct Points {
+  Vector position, normal, to_eye;
+};
+
+HWY_INLINE Points points_at(const Inputs& in, std::size_t place, int x0, int y0,
+                            std::size_t first) {
+  const VI lane = hn::Iota(kI, static_cast<std::int32_t>(first));
+  const VF x = hn::ConvertTo(kF, hn::Add(hn::And(lane, hn::Set(kI, 3)), hn::Set(kI, x0)));
+  const VF y = hn::ConvertTo(kF, hn::Add(hn::ShiftRight<2>(lane), hn::Set(kI, y0)));
+  const Vector along = plane_at(in.direction[0], in.direction[1], in.direction[2], x, y);
+  const VF scale = hn::Div(all(1.0f), hn::Sqrt(dot(along, along)));
+  const Vector forward = scaled(along, scale);
+  alignas(64) float depths[SurfaceBuffer::kBlockPixels];
+  const double* const from = in.buffer->depth_mm.data() + place;
+  const hn::Rebind<double, hn::Half<decltype(kF)> > kD;
+  const hn::Half<decltype(kF)> half;
+  hn::Store(hn::DemoteTo(half, hn::LoadU(kD, from)), half, depths);
+  hn::Store(hn::DemoteTo(half, hn::LoadU(kD, from + hn::Lanes(kD))), half, depths + hn::Lanes(kD));
+  const VF depth = hn::Load(kF, depths);
+  Vector position = scaled(forward, depth);
+  if (in.is_orthographic) {
+    const Vector origin = plane_at(in.origin[0], in.origin[1], in.origin[2], x, y);
+    position = {hn::Add(position.x, origin.x), hn::Add(position.y, origin.y),
+                hn::Add(position.z, origin.z)};
+  }
+  return {position,
+          {hn::LoadU(kF, in.buffer->normal_x.data() + place),
+           hn::LoadU(kF, in.buffer->normal_y.data() + place),
+           hn::LoadU(kF, in.buffer->normal_z.data() + place)},
+          {hn::Neg(forward.x), hn::Neg(forward.y), hn::Neg(forward.z)}};
+}
+
+HWY_INLINE void add_lamp(const Inputs::Surface& surface, const Inputs::Lamp& lamp, const Points& at,
+                         Terms& terms) {
+  const VF zero = hn::Zero(kF), one = all(1.0f);
+  Vector to_light{all(lamp.place[0]), all(lamp.place[1]), all(lamp.place[2])};
+  VF falloff = one;
+  MF lit = hn::FirstN(kF, hn::Lanes(kF));
+  if (lamp.is_point) {
+    to_light = {hn::Sub(to_light.x, at.position.x), hn::Sub(to_light.y, at.position.y),
+                hn::Sub(to_light.z, at.position.z)};
+    const VF square = dot(to_light, to_light);
+    lit = hn::Gt(square, zero);
+    to_light = scaled(to_light, hn::Div(one, hn::Sqrt(square)));
+    if (lamp.reference_square > 0) falloff = hn::Div(all(lamp.reference_square), square);
+  }
+  const VF cos_theta = dot(at.normal, to_light);
+  lit = hn::And(lit, hn::Gt(cos_theta, zero));
+  // r - e, with r = 2 (n . l) n - l. Half its square is 1 - r . e, and keeps all digits where a
+  // large exponent needs them: near the middle of the highlight.
+  const VF twice = hn::Add(cos_theta, cos_theta);
+  const Vector off{hn::Sub(hn::MulSub(twice, at.normal.x, to_light.x), at.to_eye.x),
+                   hn::Sub(hn::MulSub(twice, at.normal.y, to_light.y), at.to_eye.y),
+                   hn::Sub(hn::MulSub(twice, at.normal.z, to_light.z), at.to_eye.z)};
+  const VF u = hn::Min(hn::Mul(all(0.5f), dot(off, off)), one);
+  const VF phong = surface.shininess == 0 ? one : lane_pow_of_1_minus(kF, u, surface.shininess);
+  const VF lambert = hn::IfThenElseZero(lit, hn::Mul(cos_theta, falloff));
+  const VF highlight = hn::IfThenElseZero(lit, hn::Mul(phong, falloff));
+  for (int c = 0; c < 3; ++c) {
+    const float kd = surface.kd[c] * lamp.intensity[c], ks = surface.ks[c] * lamp.intensity[c];
+    terms.diffuse[c] = hn::MulAdd(lambert, all(kd), terms.diffuse[c]);
+    terms.specular[c] = hn::MulAdd(highlight, all(ks), terms.specular[c]);
+  }
+}
+
+HWY_INLINE VI bytes_of(const Inputs& in, VF radiance) {
+  const DisplayTable& table = *in.table;
+  const VI bits = hn::BitCast(kI, hn::Max(radiance, hn::Zero(kF)));
+  const VI bucket = hn::Min(hn::Max(hn::Sub(hn::ShiftRight<DisplayTable::kBucketShift>(bits),
+                                            hn::Set(kI, table.first_bucket())),
+                                    hn::Zero(kI)),
+                            hn::Set(kI, table.buckets() - 1));
+  const VI base = hn::GatherIndex(kI, table.bases(), bucket);
+  const VF next = hn::GatherIndex(kF, table.least() + 1, base);
+  const VI more = hn::VecFromMask(kI, hn::RebindMask(kI, hn::Ge(radiance, next)));  // -1 or 0
+  return hn::Sub(base, more);
+}
+
+// The bytes of a block that lies wholly inside the picture.
+void show_block(const Inputs& in, const Outputs& out, std::size_t place, int x0, int y0,
+                std::uint32_t hits) {
+  alignas(64) std::uint32_t pixels[SurfaceBuffer::kBlockPixels];
+  const hn::RebindToUnsigned<decltype(kF)> kU;
+  for (std::size_t first = 0; first < SurfaceBuffer::kBlockPixels; first += hn::Lanes(kF)) {
+    const std::size_t at = place + first;
+    const VI r = bytes_of(in, hn::LoadU(kF, out.total->r.data() + at));
+    const VI g = bytes_of(in, hn::LoadU(kF, out.total->g.data() + at));
+    const VI b = bytes_of(in, hn::LoadU(kF, out.total->b.data() + at));
+    const VI rgb = hn::Or(r, hn::Or(hn::ShiftLeft<8>(g), hn::ShiftLeft<16>(b)));
+    const auto hit = hn::RebindMask(kI, mask_of(hits, first));
+    const VI background = hn::Set(kI, static_cast<std::int32_t>(in.background_bytes));
+    hn::Store(hn::BitCast(kU, hn::IfThenElse(hit, rgb, background)), kU, pixels + first);
+  }
+  write_block(pixels, *out.picture, x0, y0);
+}
+
+void light_block(const Inputs& in, const Outputs& out, std::size_t place, int x0, int y0,
+                 std::uint32_t hits) {
+  for (std::size_t first = 0; first < SurfaceBuffer::kBlockPixels; first += hn::Lanes(kF)) {
+    const std::size_t at = place + first;
+    std::uint32_t pending = hits >> first & ((1u << hn::Lanes(kF)) - 1);
+    if (pending == 0) continue;
+    const Points points = points_at(in, at, x0, y0, first);
+    const VI numbers = hn::LoadU(kI, in.buffer->surface.data() + at);
+    // All lanes of one surface at a time; nearly always there is but one.
+    while (pending != 0) {
+      const std::int32_t number =
+          in.buffer->surface[at + hwy::Num0BitsBelowLS1Bit_Nonzero32(pending)];
+      const MF mine = hn::RebindMask(kF, hn::Eq(numbers, hn::Set(kI, number)));
+      const MF lanes = hn::And(mine, mask_of(pending << first, first));
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(kF, lanes, bits);
+      pending &= ~static_cast<std::uint32_t>(bits[0] | bits[1] << 8);
+
+      const Inputs::Surface& surface = in.surfaces[static_cast<std::size_t>(number)];
+      Terms terms;
+      for (int c = 0; c < 3; ++c) {
+        terms.ambient[c] = all(surface.ambient[c]);
+        terms.diffuse[c] = terms.specular[c] = hn::Zero(kF);
+      }
+      for (const Inputs::Lamp& lamp : in.lamps) add_lamp(surface, lamp, points, terms);
+      for (int c = 0; c < 3; ++c) {
+        const VF total = hn::Add(hn::Add(terms.ambient[c], terms.diffuse[c]), terms.specular[c]);
+        hn::BlendedStore(total, lanes, kF, out.total->channel(c) + at);
+        if (!out.ambient) continue;
+        hn::BlendedStore(terms.ambient[c], lanes, kF, out.ambient->channel(c) + at);
+        hn::BlendedStore(terms.diffuse[c], lanes, kF, out.diffuse->channel(c) + at);
+        hn::BlendedStore(terms.specular[c], lanes, kF, out.specular->channel(c) + at);
+      }
+    }
+  }
+}
+
+// Calls light or show for each block of tiles [begin, end) that has hits.
+template <bool kLight>
+HWY_INLINE void each_block(const Inputs& in, std::size_t begin, std::size_t end,
+                           const Outputs& out) {
+  const SurfaceBuffer& buffer = *in.buffer;
+  const auto tiles_x = static_cast<std::size_t>(buffer.tiles_x());
+  for (std::size_t tile = begin; tile < end; ++tile) {
+    const std::uint64_t hits = buffer.hits[tile];
+    const std::uint64_t drawn = out.drawn ? (*out.drawn)[tile] : 0;
+    if ((hits | drawn) == 0) continue;
+    for (std::size_t block = 0; block < 4; ++block) {
+      const auto block_hits = static_cast<std::uint32_t>(hits >> (16 * block) & 0xFFFF);
+      if (block_hits == 0 && (drawn >> (16 * block) & 0xFFFF) == 0) continue;
+      const int x0 = static_cast<int>(8 * (tile % tiles_x) + 4 * (block & 1));
+      const int y0 = static_cast<int>(8 * (tile / tiles_x) + 4 * (block >> 1));
+      const std::size_t place = 64 * tile + 16 * block;
+      if (kLight && block_hits != 0) {
+        light_block(in, out, place, in.first_x + x0, in.first_y + y0, block_hits);
+      }
+      if (out.picture) show_block(in, out, place, x0, y0, block_hits);
+    }
+  }
+}
+
+void light_tiles(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
+  each_block<true>(in, begin, end, out);
+}
+
+void show_tiles(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
+  each_block<false>(in, begin, end, out);
+}
+
+#endif
+
+}  // namespace
+}  // namespace isolux::relighting::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace isolux::relighting {
+
+HWY_EXPORT(light_tiles);
+HWY_EXPORT(show_tiles);
+
+void light(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
+  HWY_DYNAMIC_DISPATCH(light_tiles)(in, begin, end, out);
+}
+
+void show(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
+  HWY_DYNAMIC_DISPATCH(show_tiles)(in, begin, end, out);
+}
+
+}  // namespace isolux::relighting
+#endif
