@@ -86,9 +86,9 @@ int run_info(const Command&, const Arguments& arguments) {
   const ValueStatistics values = value_statistics(*input.volume);
   const std::vector<SuggestedIso> suggested = suggest_iso(*input.volume, values);
   if (arguments.has("json")) {
-    std::cout
-        << input_report(input, values, suggested).dump(2, ' ', false, json::error_handler_t::replace)
-        << "\n";
+    std::cout << input_report(input, values, suggested)
+                     .dump(2, ' ', false, json::error_handler_t::replace)
+              << "\n";
   } else {
     print_text(input, values, suggested);
   }

@@ -28,12 +28,13 @@ fs::path written_redirect(const std::string& url) {
   std::error_code ignored;
   fs::create_directories(folder, ignored);
   fs::remove(path, ignored);
-  const std::string text = "<!doctype html><meta charset=utf-8><title>isolux</title>"
-                           "<meta http-equiv=refresh content=\"0;url=" + url + "\">\n";
+  const std::string text =
+      "<!doctype html><meta charset=utf-8><title>isolux</title>"
+      "<meta http-equiv=refresh content=\"0;url=" +
+      url + "\">\n";
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (file < 0) return {};
-  const bool written =
-      ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  const bool written = ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
   ::close(file);
   return written ? path : fs::path();
 }

@@ -48,39 +48,37 @@ Picture painted(const Scene& scene, const SurfaceBuffer& buffer,
   picture.rgb.resize(3 * static_cast<std::size_t>(buffer.width()) *
                      static_cast<std::size_t>(buffer.height()));
   const Bytes background = displayed(scene.display, scene.background);
-  parallel_for(static_cast<std::size_t>(buffer.height()), 16,
-               [&](std::size_t begin, std::size_t end) {
-                 auto out = picture.rgb.begin() +
-                            static_cast<std::ptrdiff_t>(3 * begin) * buffer.width();
-                 for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-                   for (int x = 0; x < buffer.width(); ++x) {
-                     const bool is_hit = buffer.is_hit(buffer.at(x, y));
-                     out = std::ranges::copy(is_hit ? of_hit(x, y) : background, out).out;
-                   }
-                 }
-               });
+  parallel_for(
+      static_cast<std::size_t>(buffer.height()), 16, [&](std::size_t begin, std::size_t end) {
+        auto out = picture.rgb.begin() + static_cast<std::ptrdiff_t>(3 * begin) * buffer.width();
+        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+          for (int x = 0; x < buffer.width(); ++x) {
+            const bool is_hit = buffer.is_hit(buffer.at(x, y));
+            out = std::ranges::copy(is_hit ? of_hit(x, y) : background, out).out;
+          }
+        }
+      });
   return picture;
 }
 
 Picture term(const Scene& scene, const RgbLayer& layer, const SurfaceBuffer& buffer) {
-  return painted(scene, buffer, [&](int x, int y) {
-    return displayed(scene.display, layer.at(buffer.at(x, y)));
-  });
+  return painted(scene, buffer,
+                 [&](int x, int y) { return displayed(scene.display, layer.at(buffer.at(x, y))); });
 }
 
 ShownPicture cosine(const Scene& scene, const SurfaceBuffer& buffer, const Light& light,
                     double LightTerms::*which) {
   const Legend legend{-1, 1, "", diverging()};
-  return {painted(scene, buffer,
-                  [&](int x, int y) {
-                    const SurfaceSample sample = buffer.sample(buffer.at(x, y));
-                    const Ray ray = scene.camera->ray(x, y);
-                    const auto& item = scene.surfaces[static_cast<std::size_t>(sample.surface)];
-                    const SurfacePoint point{ray.at(sample.depth_mm), sample.normal(),
-                                             -ray.direction};
-                    return color_at(legend, light_terms(item.material, light, point).*which);
-                  }),
-          legend};
+  return {
+      painted(scene, buffer,
+              [&](int x, int y) {
+                const SurfaceSample sample = buffer.sample(buffer.at(x, y));
+                const Ray ray = scene.camera->ray(x, y);
+                const auto& item = scene.surfaces[static_cast<std::size_t>(sample.surface)];
+                const SurfacePoint point{ray.at(sample.depth_mm), sample.normal(), -ray.direction};
+                return color_at(legend, light_terms(item.material, light, point).*which);
+              }),
+      legend};
 }
 
 Picture normals(const Scene& scene, const SurfaceBuffer& buffer) {
@@ -115,10 +113,11 @@ ShownPicture depth(const Scene& scene, const SurfaceBuffer& buffer) {
 std::optional<ShownLayer> shown_layer_named(std::string_view name) {
   using enum ShownLayer;
   constexpr std::pair<std::string_view, ShownLayer> kNames[] = {
-      {"picture", kPicture},    {"ambient", kAmbient}, {"diffuse", kDiffuse},
-      {"specular", kSpecular},  {"cos-theta", kCosTheta}, {"cos-phi", kCosPhi},
-      {"normal", kNormal},      {"depth", kDepth}};
-  const auto* found = std::ranges::find(kNames, name, &std::pair<std::string_view, ShownLayer>::first);
+      {"picture", kPicture},   {"ambient", kAmbient},    {"diffuse", kDiffuse},
+      {"specular", kSpecular}, {"cos-theta", kCosTheta}, {"cos-phi", kCosPhi},
+      {"normal", kNormal},     {"depth", kDepth}};
+  const auto* found =
+      std::ranges::find(kNames, name, &std::pair<std::string_view, ShownLayer>::first);
   return found == std::end(kNames) ? std::nullopt : std::optional(found->second);
 }
 

@@ -14,7 +14,16 @@
 namespace isolux {
 
 /// What a viewer can show in place of the picture.
-enum class ShownLayer { kPicture, kAmbient, kDiffuse, kSpecular, kCosTheta, kCosPhi, kNormal, kDepth };
+enum class ShownLayer {
+  kPicture,
+  kAmbient,
+  kDiffuse,
+  kSpecular,
+  kCosTheta,
+  kCosPhi,
+  kNormal,
+  kDepth
+};
 
 /// "picture", "ambient", "diffuse", "specular", "cos-theta", "cos-phi", "normal", "depth".
 std::optional<ShownLayer> shown_layer_named(std::string_view name);

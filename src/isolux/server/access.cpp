@@ -27,13 +27,13 @@ constexpr std::size_t kTokenBytes = 32;
 std::string name_of(std::string_view host_header) {
   std::string name(host_header);
   if (name.starts_with('[')) {
-    name = name.substr(1, name.find(']') - 1);
+    const std::size_t end = name.find(']');
+    name = end == std::string::npos ? std::string() : name.substr(1, end - 1);
   } else {
     name = name.substr(0, name.find(':'));
   }
-  std::ranges::transform(name, name.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
+  std::ranges::transform(name, name.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return name;
 }
 
@@ -64,11 +64,12 @@ std::string kept_token(const fs::path& path) {
   if (file < 0) return {};
   struct stat about {};
   std::string token(2 * kTokenBytes, '\0');
-  const bool is_ours = ::fstat(file, &about) == 0 && about.st_uid == ::geteuid() &&
-                       (about.st_mode & 077) == 0 &&
-                       ::read(file, token.data(), token.size()) == static_cast<ssize_t>(token.size());
+  const bool is_ours =
+      ::fstat(file, &about) == 0 && about.st_uid == ::geteuid() && (about.st_mode & 077) == 0 &&
+      ::read(file, token.data(), token.size()) == static_cast<ssize_t>(token.size());
   ::close(file);
-  const bool is_token = std::ranges::all_of(token, [](unsigned char c) { return std::isxdigit(c); });
+  const bool is_token =
+      std::ranges::all_of(token, [](unsigned char c) { return std::isxdigit(c); });
   return is_ours && is_token ? token : std::string();
 }
 

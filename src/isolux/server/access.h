@@ -35,9 +35,9 @@ class Access {
 /// Whether only this machine can reach a server there.
 bool is_loopback(std::string_view host);
 
-/// The token of this user's viewers: 256 random bits in hexadecimal digits, kept in a file that only
-/// the user can read, so that a page finds its way back to a server that was started again. Without
-/// a folder to keep it in, a new one.
+/// The token of this user's viewers: 256 random bits in hexadecimal digits, kept in a file that
+/// only the user can read, so that a page finds its way back to a server that was started again.
+/// Without a folder to keep it in, a new one.
 std::string user_token();
 
 }  // namespace isolux

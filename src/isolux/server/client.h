@@ -54,7 +54,7 @@ class Client : public std::enable_shared_from_this<Client> {
   const OpenedInputs& inputs_;
   WorkQueue& queue_;
   std::weak_ptr<Outlet> outlet_;  ///< which holds this client
-  Drawing drawing_;  ///< belongs to whoever works on this client's turn
+  Drawing drawing_;               ///< belongs to whoever works on this client's turn
 
   std::mutex mutex_;  // for all below
   bool gone_ = false;

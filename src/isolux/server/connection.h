@@ -1,10 +1,10 @@
 #pragma once
 
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
-#include <boost/beast/http/message.hpp>
 #include <boost/beast/http/empty_body.hpp>
-#include <atomic>
+#include <boost/beast/http/message.hpp>
 #include <memory>
 
 #include "isolux/server/access.h"

@@ -43,9 +43,10 @@ struct Door::Listening {
     error = listen_on(acceptor, {address, static_cast<unsigned short>(wanted)});
     if (error && !options.port) error = listen_on(acceptor, {address, 0});
     if (error) {
-      throw WorkError("view", "cannot listen on " + name + ":" + std::to_string(wanted) + ": " +
-                                  error.message(),
-                      "give another --port");
+      throw WorkError(
+          "view",
+          "cannot listen on " + name + ":" + std::to_string(wanted) + ": " + error.message(),
+          "give another --port");
     }
     signals.async_wait([this](const auto& failure, int) {
       if (!failure) loop.stop();

@@ -26,12 +26,9 @@ json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
 
 json camera_json(const Camera& camera) {
   const Affine placed = camera.world_from_camera();
-  return {{"eye", numbers(placed.offset)},
-          {"right", numbers(placed.linear.column[0])},
-          {"up", numbers(placed.linear.column[1])},
-          {"back", numbers(placed.linear.column[2])},
-          {"half_height", camera.half_height()},
-          {"orthographic", camera.orthographic()}};
+  return {{"eye", numbers(placed.offset)},          {"right", numbers(placed.linear.column[0])},
+          {"up", numbers(placed.linear.column[1])}, {"back", numbers(placed.linear.column[2])},
+          {"half_height", camera.half_height()},    {"orthographic", camera.orthographic()}};
 }
 
 json lights_json(const Scene& scene) {
@@ -149,28 +146,25 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
   std::vector<std::string> files;
   json lengths = json::array(), legends = json::array();
   for (const ShownPicture& one : pictures) {
-    files.push_back(request.settled
-                        ? encode_png(one.picture, {}, false, PngEffort::kFast)
-                        : encode_jpeg(reduced(one.picture, sent_by), kMovingQuality));
+    files.push_back(request.settled ? encode_png(one.picture, {}, false, PngEffort::kFast)
+                                    : encode_jpeg(reduced(one.picture, sent_by), kMovingQuality));
     lengths.push_back(files.back().size());
     legends.push_back(legend_json(one.legend));
   }
   if (!request.settled) {
     sent_bytes_per_pixel_ = static_cast<double>(files[0].size()) * sent_by * sent_by / pixels;
   }
-  const json header = {{"id", request.id},
-                       {"settled", request.settled},
-                       {"size", {drawn.width, drawn.height}},
-                       {"type", request.settled ? "image/png" : "image/jpeg"},
-                       {"lengths", lengths},
-                       {"legends", legends},
-                       {"camera", camera_json(*scene.camera)},
-                       {"lights", lights_json(scene)},
-                       {"ms",
-                        {{"trace", trace_ms},
-                         {"light", light_ms},
-                         {"encode", ms_since(encoding)}}},
-                       {"counters", counters_json(session_.counters())}};
+  const json header = {
+      {"id", request.id},
+      {"settled", request.settled},
+      {"size", {drawn.width, drawn.height}},
+      {"type", request.settled ? "image/png" : "image/jpeg"},
+      {"lengths", lengths},
+      {"legends", legends},
+      {"camera", camera_json(*scene.camera)},
+      {"lights", lights_json(scene)},
+      {"ms", {{"trace", trace_ms}, {"light", light_ms}, {"encode", ms_since(encoding)}}},
+      {"counters", counters_json(session_.counters())}};
   return framed(header, files);
 }
 

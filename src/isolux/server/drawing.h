@@ -41,9 +41,9 @@ class Drawing {
   int reduction_for(const Scene& whole, bool settled) const;
 
   Session session_;
-  std::optional<Scene> scene_;  ///< as the last frame drew it
-  std::optional<Scene> whole_;  ///< the same with all its pixels
-  int reduction_ = 1;           ///< how many pixels along each side became one
+  std::optional<Scene> scene_;        ///< as the last frame drew it
+  std::optional<Scene> whole_;        ///< the same with all its pixels
+  int reduction_ = 1;                 ///< how many pixels along each side became one
   double trace_ms_per_pixel_ = 3e-4;  ///< a first guess, so that the first frame comes soon
   double sent_bytes_per_pixel_ = 0;
 };

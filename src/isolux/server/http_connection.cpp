@@ -96,11 +96,11 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     // Set once it is known what comes. (boost::none would be taken for 0 by Beast of Boost 1.74.)
     header_->body_limit(std::numeric_limits<std::uint64_t>::max());
     stream_.expires_after(kPatience);
-    http::async_read_header(stream_, buffer_, *header_,
-                            [self = shared_from_this()](const beast::error_code& error,
-                                                        std::size_t) {
-                              if (!error) self->answer();
-                            });
+    http::async_read_header(
+        stream_, buffer_, *header_,
+        [self = shared_from_this()](const beast::error_code& error, std::size_t) {
+          if (!error) self->answer();
+        });
   }
 
  private:
@@ -137,8 +137,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     const auto& request = header_->get();
     const std::string offered = text_of(request[http::field::sec_websocket_protocol]);
     const std::string prefix = "isolux.1, ";
-    const bool has_token = offered.starts_with(prefix) &&
-                           place_.access.token_is_right(offered.substr(prefix.size()));
+    const bool has_token =
+        offered.starts_with(prefix) && place_.access.token_is_right(offered.substr(prefix.size()));
     if (target.path != "/socket" || !has_token ||
         !place_.access.origin_is_ours(text_of(request[http::field::origin]), host)) {
       return refuse(http::status::forbidden, "open the whole URL that isolux view printed");
@@ -151,17 +151,15 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     if (!file) return refuse(http::status::not_found, "there is no such page");
     auto response = new_response(http::status::ok, std::string(file->content_type));
     response->set(http::field::content_encoding, "gzip");
-    response->set(http::field::cache_control, target.path.starts_with("/assets/")
-                                                  ? "max-age=31536000, immutable"
-                                                  : "no-cache");
+    response->set(http::field::cache_control,
+                  target.path.starts_with("/assets/") ? "max-age=31536000, immutable" : "no-cache");
     response->content_length(file->gzip.size());
     if (!is_head_) response->body() = file->gzip;
     send(std::move(response));
   }
 
   void save() {
-    auto parser =
-        std::make_shared<http::request_parser<http::string_body>>(std::move(*header_));
+    auto parser = std::make_shared<http::request_parser<http::string_body>>(std::move(*header_));
     parser->body_limit(kLongestMessage);
     http::async_read(
         stream_, buffer_, *parser,
@@ -170,8 +168,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
           self->work_long([self, parser] {
             const nlohmann::json request = parse_json(parser->get().body());
             std::string picture = self->place_.viewer.saved_picture(request);
-            return Reply{http::status::ok,
-                         request["format"] == "exr" ? "image/x-exr" : "image/png",
+            return Reply{http::status::ok, request["format"] == "exr" ? "image/x-exr" : "image/png",
                          std::move(picture)};
           });
         });
@@ -258,15 +255,14 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   void send(std::shared_ptr<Response> response) {
     response->keep_alive(keep_alive_);
-    http::async_write(stream_, *response,
-                      [self = shared_from_this(), response](const beast::error_code& error,
-                                                            std::size_t) {
-                        if (error) return;
-                        if (self->keep_alive_) return self->read_header();
-                        beast::error_code ignored;
-                        self->stream_.socket().shutdown(asio::ip::tcp::socket::shutdown_send,
-                                                        ignored);
-                      });
+    http::async_write(
+        stream_, *response,
+        [self = shared_from_this(), response](const beast::error_code& error, std::size_t) {
+          if (error) return;
+          if (self->keep_alive_) return self->read_header();
+          beast::error_code ignored;
+          self->stream_.socket().shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+        });
   }
 
   Place& place_;

@@ -18,10 +18,10 @@ inline constexpr std::size_t kLongestMessage = 256 << 10;
 /// { "type": "view", "id", "scene", "show": [one or two layers], "light", "settled" }
 struct ViewRequest {
   std::int64_t id = 0;
-  nlohmann::json scene;           ///< a scene document, not yet checked
-  std::vector<ShownLayer> show;   ///< two: the halves of a split view
-  std::size_t light = 0;          ///< whose cosines are shown
-  bool settled = false;           ///< lossless and whole, in place of soon
+  nlohmann::json scene;          ///< a scene document, not yet checked
+  std::vector<ShownLayer> show;  ///< two: the halves of a split view
+  std::size_t light = 0;         ///< whose cosines are shown
+  bool settled = false;          ///< lossless and whole, in place of soon
 };
 
 /// { "type": "explain", "id", "scene", "pixel": [x, y] }
@@ -32,8 +32,8 @@ struct ExplainRequest {
   int y = 0;
 };
 
-/// { "type": "pick", "id", "at": [across, down] }: what the last frame shows there, in shares of its
-/// width and height.
+/// { "type": "pick", "id", "at": [across, down] }: what the last frame shows there, in shares of
+/// its width and height.
 struct PickRequest {
   std::int64_t id = 0;
   double across = 0;

@@ -25,8 +25,8 @@ json report_of(const ReadResult& input, bool dropped) {
   report.erase("files");
   const Affine& placed = input.volume->world_from_index;
   report["world_from_index"] = json::array();
-  for (const Vec3& column : {placed.linear.column[0], placed.linear.column[1],
-                             placed.linear.column[2], placed.offset}) {
+  for (const Vec3& column :
+       {placed.linear.column[0], placed.linear.column[1], placed.linear.column[2], placed.offset}) {
     report["world_from_index"].push_back({column.x, column.y, column.z});
   }
   return report;
@@ -83,8 +83,8 @@ void OpenedInputs::make_room(double bytes, const std::string& name) {
 
 const OpenedInputs::Input& OpenedInputs::named(const std::string& name,
                                                const json& document) const {
-  const auto found = std::ranges::find_if(
-      inputs_, [&](const Input& one) { return one.read.name == name; });
+  const auto found =
+      std::ranges::find_if(inputs_, [&](const Input& one) { return one.read.name == name; });
   if (found == inputs_.end()) {
     throw WorkError(name, "is not open here", "drop the file on the page to open it");
   }

@@ -49,8 +49,8 @@ json starting_scene(const json& document,
   if (!scene.contains("light")) {
     const BoundingSphere sphere = bounding_sphere(volumes);
     const Vec3 at = sphere.center + sphere.radius_mm * Vec3{-0.45, -0.8, 0.5};
-    scene["light"] = {{{"kind", "point"},
-                       {"at", {std::round(at.x), std::round(at.y), std::round(at.z)}}}};
+    scene["light"] = {
+        {{"kind", "point"}, {"at", {std::round(at.x), std::round(at.y), std::round(at.z)}}}};
   }
   return with_defaults(scene);
 }

@@ -1,8 +1,8 @@
+#include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket.hpp>
-#include <algorithm>
 #include <chrono>
 #include <deque>
 
@@ -73,13 +73,14 @@ class Page final : public Outlet, public std::enable_shared_from_this<Page> {
   };
 
   void post(std::string bytes, bool is_text) {
-    asio::post(place_.loop, [self = shared_from_this(),
-                             message = Message{std::move(bytes), is_text}]() mutable {
-      if (self->left_) return;
-      if (self->unsent_.size() == kMostUnsent) return self->leave();  // it asks and does not read
-      self->unsent_.push_back(std::move(message));
-      if (self->unsent_.size() == 1) self->write();
-    });
+    asio::post(place_.loop,
+               [self = shared_from_this(), message = Message{std::move(bytes), is_text}]() mutable {
+                 if (self->left_) return;
+                 if (self->unsent_.size() == kMostUnsent)
+                   return self->leave();  // it asks and does not read
+                 self->unsent_.push_back(std::move(message));
+                 if (self->unsent_.size() == 1) self->write();
+               });
   }
 
   void write() {
@@ -93,14 +94,14 @@ class Page final : public Outlet, public std::enable_shared_from_this<Page> {
   }
 
   void read() {
-    socket_.async_read(buffer_, [self = shared_from_this()](const beast::error_code& error,
-                                                            std::size_t) {
-      if (error || !self->rate_.allows_one_more()) return self->leave();
-      const auto data = self->buffer_.cdata();
-      self->client_->receive({static_cast<const char*>(data.data()), data.size()});
-      self->buffer_.clear();
-      self->read();
-    });
+    socket_.async_read(
+        buffer_, [self = shared_from_this()](const beast::error_code& error, std::size_t) {
+          if (error || !self->rate_.allows_one_more()) return self->leave();
+          const auto data = self->buffer_.cdata();
+          self->client_->receive({static_cast<const char*>(data.data()), data.size()});
+          self->buffer_.clear();
+          self->read();
+        });
   }
 
   void leave() {
