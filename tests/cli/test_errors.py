@@ -142,10 +142,13 @@ class WrongCommands(Refusals):
         for words in (["--indirect", "transport"], ["--indirect", "path"], ["--shadows", "on"],
                       ["--transfer", "ct-head"], ["--clip", "at=0:0:0,normal=0:0:1"],
                       ["--visibility", "raster"], ["--mirror-depth", "4"], ["--bounces", "2"],
-                      ["--spp", "16"], ["--seed", "1"], ["--isa", "avx2"]):
+                      ["--spp", "16"], ["--seed", "1"]):
             self.usage(*words, about=words[0])
         self.usage("--surface", "iso=0.5,kr=0.5:0.5:0.5", about="kr")
         self.usage("--surface", "iso=0.5,opacity=0.5", about="opacity")
+
+    def test_an_unknown_instruction_set_is_refused(self):
+        self.usage("--isa", "neon", about="--isa")
 
     def test_what_later_versions_will_do_may_be_said_to_be_off(self):
         self.render("phantom:sphere,size=9", size="8x8", shadows="off", indirect="off",
@@ -187,6 +190,26 @@ class WrongInputs(Refusals):
     def header(self, text, data=b"", name="bad.nrrd"):
         (self.folder / name).write_bytes(text.encode() + b"\n" + data)
         return name
+
+    def test_a_scene_says_each_thing_once(self):
+        for text, about in (('{"isolux_scene": 1, "size": [8, 8], "size": [9, 9]}', "'size' twice"),
+                            ('{"isolux_scene": 1, "camera": {"fov": 3, "fov": 4}}', "'fov' twice")):
+            (self.folder / "twice.json").write_text(text)
+            self.render_refused("phantom:sphere", "--scene", "twice.json", status=USAGE,
+                                about=about)
+        (self.folder / "once.json").write_text(  # two objects may share a key
+            '{"isolux_scene": 1, "size": [8, 8], "surface": [{"iso": 0.5}, {"iso": 0.6}]}')
+        self.run_isolux("render", "phantom:sphere", "--scene", "once.json", "-o", "once.png")
+
+    def test_a_lack_of_file_handles_is_not_called_damage(self):
+        scan = self.folder / "slices"
+        scan.mkdir()
+        (scan / "a.dcm").write_bytes(b"\0" * 128 + b"DICM" + bytes(100))
+
+        def few_files():
+            resource.setrlimit(resource.RLIMIT_NOFILE, (5, 5))
+        self.refused("info", "slices", status=WORK, about="Too many open files",
+                     preexec_fn=few_files)
 
     def test_missing_files_folders_and_empty_files(self):
         self.unreadable("missing.nrrd")

@@ -85,6 +85,33 @@ class Limits(TestCase):
     def info(self, name, *words):
         return json.loads(self.run_isolux("info", name, "--json", *words).stdout)
 
+    def test_the_header_alone_tells_the_memory_before_anything_is_read(self):
+        # 4096^3 voxels of two bytes, and a brick of eight bytes for 8^3 cells: 512^3 of them
+        found = self.info("phantom:head,size=4096", "--header")
+        self.assertEqual(found["memory_to_render"], 4096**3 * 2 + 512**3 * 8)
+        self.refused("info", "phantom:head,size=4096", "--max-memory", "1G", status=WORK,
+                     about="needs 137 GB")
+        with open(self.folder / "a.raw", "wb") as file:
+            file.truncate(2048 * 2048 * 1024 * 2)  # mapped: only the bricks take memory
+        grid = ("--dims", "2048x2048x1024", "--type", "i16")
+        self.assertEqual(self.info("a.raw", "--header", *grid)["memory_to_render"],
+                         256 * 256 * 128 * 8)
+
+    @needs_shared
+    def test_the_header_alone_tells_of_every_format_what_reading_tells(self):
+        for name in ("nifti/FLAIR.nii.gz", "nrrd/tooth.nrrd", "meta/HeadMRVolume.mhd",
+                     "dicom/ct_head_slicer", "dicom/single/MR_small_RLE.dcm"):
+            header, whole = self.info(DATA / name, "--header"), self.info(DATA / name)
+            for key in ("dims", "spacing", "origin", "direction", "format", "files"):
+                self.assertEqual(header[key], whole[key], name)
+            self.assertGreaterEqual(header["memory_to_render"], whole["memory_to_render"], name)
+
+    def test_the_limit_counts_all_inputs_together(self):
+        phantom = "phantom:head,size=64"  # 524 kB
+        for limit, status in (("1000k", WORK), ("1100k", 0)):
+            self.run_isolux("render", phantom, phantom, "--size", "8x8", "--max-memory", limit,
+                            "--surface", "iso=300", "-o", "a.png", status=status)
+
     def test_a_volume_of_a_4d_nrrd_is_chosen(self):
         (self.folder / "a.nrrd").write_bytes(
             b"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 2 2 3\nencoding: raw\n\n"

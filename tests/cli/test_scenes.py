@@ -5,11 +5,12 @@ import hashlib
 import json
 import re
 import shlex
+import subprocess
 import unittest
 from pathlib import Path
 from unittest.mock import ANY
 
-from isolux import ROOT, SHARED, USAGE, WORK, TestCase, listed, needs_shared, options_of
+from isolux import PROGRAM, ROOT, SHARED, USAGE, WORK, TestCase, listed, needs_shared, options_of
 from pictures import BLOB_DIMS, blob, grid, png_bytes, png_chunks, read_exr, read_png, write_nrrd
 
 RICH = {"size": "40x32", "surface": ["iso=0,ka=0.1:0.2:0.3,kd=0.9:0.6:0.5,shininess=7", "iso=300"],
@@ -341,12 +342,11 @@ class NoSilentSwitch(BlobCase):
         "mirror-depth": {"mirror-depth": 2}, "indirect": {"indirect": "path"},
         "bounces": {"bounces": 1}, "spp": {"spp": 4}, "seed": {"seed": 1},
         "transfer": {"transfer": "ct-head"}, "clip": {"clip": "at=0:0:0,normal=0:0:1"},
-        "isa": {"isa": "avx2"},
         # This input has one volume and is no DICOM; test_formats.py has those that do.
         "volume": {"volume": 1}, "series": {"series": 1},
     }
     # Not of the scene: tested where they belong.
-    OTHER = {"output", "scene", "save-scene", "again", "threads", "progress",
+    OTHER = {"output", "scene", "save-scene", "again", "threads", "isa", "progress",
              "max-memory", "trust"}
 
     def test_every_option_and_field_is_listed_here(self):
@@ -410,6 +410,39 @@ class SameBytes(BlobCase):
                                    for n in (1, 2, 7))
                 self.assertEqual(one, two, inputs)
                 self.assertEqual(one, seven, inputs)
+
+    def test_avx2_and_avx512_make_the_same_bytes(self):
+        lamp = {"light": ["point,at=40:-300:200,falloff=inverse-square,reference=300",
+                          "directional,to=1:-1:0.5,color=1:0.5:0.2"]}
+        scenes = [(["blob.nrrd"], RICH), (["phantom:marschner-lobb"], {"size": "65x63"}),
+                  (["phantom:sphere"], {"size": "64x64", "camera":
+                                        "view=top,projection=orthographic", **lamp}),
+                  (["phantom:head,size=64"], {"size": "150x170", "surface":
+                                              ["iso=-300,shininess=200", "iso=300"], **lamp})]
+        for name in ("avx2", "avx512"):
+            words = ["render", "phantom:sphere", "--size", "8x8", "-o", "a.png", "--isa", name]
+            done = subprocess.run([PROGRAM, *words], cwd=self.folder, capture_output=True,
+                                  text=True)
+            if done.returncode:
+                self.assertIn("this machine does not have it", done.stderr)
+                self.skipTest(f"this machine has no {name}")
+        for inputs, options in scenes:
+            for ending in ("png", "exr"):
+                best, avx2, avx512 = (
+                    self.made(*inputs, name=f"a.{ending}", **isa, **options)
+                    for isa in ({}, {"isa": "avx2"}, {"isa": "avx512"}))
+                self.assertEqual(avx2, avx512, (inputs, ending))
+                self.assertEqual(best, avx512, (inputs, ending))
+
+    def test_the_plain_code_and_sse4_draw_the_same_picture_within_rounding(self):
+        options = {"size": "64x64", "surface": ["iso=-300", "iso=300"]}
+        best = self.exr("phantom:head,size=48", **options)
+        for name in ("scalar", "sse4"):
+            other = self.exr("phantom:head,size=48", isa=name, **options)
+            for y in range(64):
+                for x in range(64):
+                    self.assertEqual(other.at("surface.id", x, y), best.at("surface.id", x, y))
+                    self.assert_near(other.triple("", x, y), best.triple("", x, y), 1e-4, 1e-4)
 
 
     def test_progress_shows_only_when_asked_for_and_changes_nothing(self):

@@ -448,9 +448,12 @@ TEST(iso_hit, a_cell_with_a_nan_corner_holds_nothing_and_hides_nothing) {
   for (int scene = 0; scene < 80; ++scene) {
     Volume volume = random_volume<float>(dice, random_dims(dice), random_affine(dice));
     const double nans = dice.chance(0.5) ? 0.01 : 0.1;
-    for (float& v : std::get<std::vector<float>>(volume.voxels)) {
+    const auto& whole = std::get<Voxels<float>>(volume.voxels);
+    std::vector<float> holed(whole.begin(), whole.end());
+    for (float& v : holed) {
       if (dice.chance(nans)) v = nan;
     }
+    volume.voxels = std::move(holed);
     const double iso = random_iso(dice, volume);
     const IsoSurface surface = surface_of(volume, iso);
     const BruteForceWalker walker(volume, iso);

@@ -130,6 +130,25 @@ std::string dicom(const std::string& slope) {
          element(0x28, 0x1053, "DS", slope) + element(0x7fe0, 0x10, "OW", std::string(32, '\7'));
 }
 
+const std::string kVtiGrid =
+    "<VTKFile type=\"ImageData\" byte_order=\"LittleEndian\" header_type=\"UInt32\">"
+    "<ImageData WholeExtent=\"0 1 0 1 0 1\" Origin=\"1 2 3\" Spacing=\"1 1 2\">"
+    "<Piece Extent=\"0 1 0 1 0 1\"><PointData Scalars=\"a\">";
+
+std::string vti(const std::string& encoding, const std::string& data) {
+  return kVtiGrid +
+         "<DataArray type=\"UInt8\" Name=\"a\" format=\"appended\" offset=\"0\"/></PointData>"
+         "</Piece></ImageData><AppendedData encoding=\"" +
+         encoding + "\">" + data + "</AppendedData></VTKFile>";
+}
+
+std::string vti_inline() {
+  return kVtiGrid +
+         "<DataArray type=\"Int32\" Name=\"a\" format=\"ascii\">1 2 3 4 -5 6 7 80000</DataArray>"
+         "<DataArray type=\"UInt8\" Name=\"b\" format=\"binary\">CAAAAGFiY2RlZmdo</DataArray>"
+         "</PointData></Piece></ImageData></VTKFile>";
+}
+
 }  // namespace
 
 std::vector<std::string> seeds_of(const std::string& format) {
@@ -152,6 +171,12 @@ std::vector<std::string> seeds_of(const std::string& format) {
   if (format == "tiff") return {tiff("wl", false), tiff("wb", true), tiff("w8", false)};
   if (format == "inv3") return {inv3()};
   if (format == "dicom") return {dicom("1"), dicom("0.5")};
+  if (format == "vti")
+    return {vti("raw", "_" + little_endian(8, 4) + "abcdefgh"), vti("base64", "_CAAAAGFiY2RlZmdo"),
+            vti_inline()};
+  if (format == "raw")
+    return {std::string("\1\1\1\1", 4) + std::string(16, 'a'),
+            std::string("\2\0\0\6", 4) + std::string(12, 'a')};
   if (format == "scene") {
     return {R"({"isolux_scene": 1, "input": ["phantom:head"], "size": [64, 48],)"
             R"( "surface": [{"iso": 300, "ka": [0.1, 0.2, 0.3], "shininess": 10}],)"

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -47,11 +48,25 @@ class InputFolder {
   std::filesystem::path folder_;
 };
 
-void read_volume(const std::string& bytes) {
+// A headerless file has its grid on the command line: here in its first four bytes, three sizes and
+// a type.
+GridDescription take_grid(std::string& bytes) {
+  constexpr const char* kTypes[] = {"u8", "i16", "i16be", "u16", "u16be", "f32", "f32be"};
+  GridDescription grid;
+  if (kFormat != "raw" || bytes.size() < 4) return grid;
+  const auto number = [&](std::size_t n) { return static_cast<unsigned char>(bytes[n]); };
+  grid.dims = {number(0) + 1, number(1) + 1, number(2) + 1};
+  grid.type = kTypes[number(3) % std::size(kTypes)];
+  bytes.erase(0, 4);
+  return grid;
+}
+
+void read_volume(std::string bytes) {
   static const InputFolder folder;
   const std::string path = folder.file();
+  const GridDescription grid = take_grid(bytes);
   std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
-  const ReadResult result = read_input({path, {}});
+  const ReadResult result = read_input({path, grid});
   if (voxel_count(*result.volume) == 0) std::abort();
 }
 

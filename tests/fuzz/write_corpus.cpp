@@ -7,7 +7,8 @@
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
-  for (const char* format : {"nrrd", "nifti", "metaimage", "tiff", "inv3", "dicom", "scene"}) {
+  for (const char* format :
+       {"nrrd", "nifti", "metaimage", "tiff", "inv3", "dicom", "vti", "raw", "scene"}) {
     const std::filesystem::path folder = std::filesystem::path(argv[1]) / format;
     std::filesystem::create_directories(folder);
     int number = 0;

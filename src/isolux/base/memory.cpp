@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 
@@ -18,12 +19,13 @@ double machine_bytes() {
 }
 
 std::optional<double> chosen_limit;
+std::atomic<std::size_t> held_bytes = 0;
 
 double memory_limit() { return chosen_limit.value_or(0.8 * machine_bytes()); }
 
 }  // namespace
 
-void set_memory_limit(double bytes) { chosen_limit = bytes; }
+void set_memory_limit(std::optional<double> bytes) { chosen_limit = bytes; }
 
 bool memory_limit_is_set() { return chosen_limit.has_value(); }
 
@@ -42,10 +44,18 @@ std::optional<double> parse_memory(std::string_view text) {
 }
 
 void check_memory(double bytes, const std::string& what) {
-  if (bytes <= memory_limit()) return;
-  throw WorkError(what, "needs " + bytes_text(bytes) + " of memory",
-                  "the limit is " + bytes_text(memory_limit()) + ", set by --max-memory");
+  const auto held = static_cast<double>(held_bytes.load());
+  if (held + bytes <= memory_limit()) return;
+  throw WorkError(
+      what,
+      "needs " + bytes_text(bytes) + " of memory" +
+          (held > 0 ? " beside the " + bytes_text(held) + " that data hold already" : ""),
+      "the limit is " + bytes_text(memory_limit()) + ", set by --max-memory");
 }
+
+HeldMemory::HeldMemory(std::size_t bytes) : bytes_(bytes) { held_bytes += bytes_; }
+
+HeldMemory::~HeldMemory() { held_bytes -= bytes_; }
 
 std::string bytes_text(double bytes) {
   constexpr const char* kUnits[] = {"bytes", "kB", "MB", "GB", "TB", "PB", "EB"};

@@ -5,11 +5,11 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
 #include "isolux/base/error.h"
+#include "isolux/base/temporary_path.h"
 
 namespace isolux {
 namespace {
@@ -31,17 +31,11 @@ fs::path folder_of(const fs::path& file) {
   return file.parent_path().empty() ? fs::path(".") : file.parent_path();
 }
 
-struct TemporaryFile {
-  int descriptor;
-  std::string path;
-};
-
 // A new, empty file in the folder where `place` lies or is to lie.
-TemporaryFile temporary_beside(const std::string& path, const fs::path& place) {
-  std::string name = (folder_of(place) / ".isolux-XXXXXX").string();
-  const int descriptor = ::mkostemp(name.data(), O_CLOEXEC);
-  if (descriptor < 0) throw cannot_write(path, errno, "choose another place for the output");
-  return {descriptor, name};
+TemporaryPath temporary_beside(const std::string& path, const fs::path& place) {
+  TemporaryPath file = TemporaryPath::new_file((folder_of(place) / ".isolux-XXXXXX").string());
+  if (file.error() == 0) return file;
+  throw cannot_write(path, file.error(), "choose another place for the output");
 }
 
 bool is_device(const fs::path& path) {
@@ -85,9 +79,7 @@ void check_writable(const std::string& path) {
   if (fs::exists(place, error) && ::access(place.c_str(), W_OK) != 0) {
     throw cannot_write(path, errno, "choose another place for the output");
   }
-  const TemporaryFile probe = temporary_beside(path, place);
-  ::close(probe.descriptor);
-  ::unlink(probe.path.c_str());
+  ::close(temporary_beside(path, place).descriptor());
 }
 
 void write_whole_file(const std::string& path, std::string_view bytes) {
@@ -99,14 +91,12 @@ void write_whole_file(const std::string& path, std::string_view bytes) {
     if (error != 0) throw cannot_write(path, error, "is there room on the device?");
     return;
   }
-  const TemporaryFile beside = temporary_beside(path, place);
-  ::fchmod(beside.descriptor, mode_for(place));
-  int error = write_and_close(beside.descriptor, bytes);
-  if (error == 0 && ::rename(beside.path.c_str(), place.c_str()) != 0) error = errno;
-  if (error != 0) {
-    ::unlink(beside.path.c_str());
-    throw cannot_write(path, error, "is there room on the device?");
-  }
+  TemporaryPath beside = temporary_beside(path, place);
+  ::fchmod(beside.descriptor(), mode_for(place));
+  int error = write_and_close(beside.descriptor(), bytes);
+  if (error == 0 && ::rename(beside.path().c_str(), place.c_str()) != 0) error = errno;
+  if (error != 0) throw cannot_write(path, error, "is there room on the device?");
+  beside.keep();
 }
 
 }  // namespace isolux

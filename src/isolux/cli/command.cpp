@@ -1,11 +1,14 @@
 #include "isolux/cli/command.h"
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "isolux/base/error.h"
+#include "isolux/base/instruction_set.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
 #include "isolux/io/data_file.h"
+#include "isolux/scene/option_value.h"
 
 namespace isolux {
 namespace {
@@ -27,9 +30,10 @@ const Option kTrust{
     .sentence = "let a header name data files anywhere, not only beside or below it"};
 const Option kIsa{.name = "isa",
                   .type = kChoice,
-                  .sentence = "hold the program to an instruction set",
-                  .choices = {"sse4", "avx2", "avx512"},
-                  .not_yet = "this version has one code path for every x86-64 processor"};
+                  .sentence =
+                      "hold the program to an instruction set (default: the best that the "
+                      "machine has); from avx2 up the bytes are the same",
+                  .choices = instruction_sets()};
 const Option kProgress{.name = "progress",
                        .type = kFlag,
                        .sentence = "show progress even where standard error is no terminal"};
@@ -89,10 +93,22 @@ std::vector<Command> make_commands() {
       {"info",
        "[INPUT]",
        "say what a file holds and how it was understood",
-       {kJson, scene_option("dims"), scene_option("type"), scene_option("spacing"),
-        scene_option("volume"), scene_option("series"), kMaxMemory, kTrust, kProgress},
+       {kJson,
+        {.name = "header",
+         .type = kFlag,
+         .sentence = "only what the header tells, with the memory that the voxels would take"},
+        scene_option("dims"),
+        scene_option("type"),
+        scene_option("spacing"),
+        scene_option("volume"),
+        scene_option("series"),
+        kMaxMemory,
+        kTrust,
+        kProgress},
        false,
-       {{"isolux info phantom:head", "size, place in space, values, iso values worth trying"}},
+       {{"isolux info phantom:head", "size, place in space, values, iso values worth trying"},
+        {"isolux info --header phantom:head,size=1024",
+         "whether it would fit, without reading it"}},
        run_info},
       {"convert",
        "INPUT OUT.{nrrd,nii.gz,nii,mha}",
@@ -246,6 +262,9 @@ Arguments parse(const Command& command, const std::vector<std::string>& argument
 
 void apply_policies(const Arguments& arguments) {
   if (arguments.has("trust")) trust_headers();
+  if (arguments.has("isa")) {
+    hold_to_instruction_set(value_from_text(kIsa, arguments.at("isa"), "--isa").get<std::string>());
+  }
   if (!arguments.has("max-memory")) return;
   const auto bytes = parse_memory(arguments.at("max-memory"));
   if (!bytes) {

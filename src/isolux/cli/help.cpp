@@ -15,10 +15,10 @@ constexpr const char* kForms =
 
 constexpr const char* kInputs =
     "An INPUT is a DICOM folder or file, NIfTI (.nii, .nii.gz, .hdr/.img), NRRD or NHDR,\n"
-    "MetaImage (.mha, .mhd), an InVesalius project (.inv3), a TIFF of several pages or a folder\n"
-    "of TIFFs, a zip of one of these, headerless raw with --dims and --type, or a built-in\n"
-    "volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each also with ,size=N. The\n"
-    "format is found by content. Without INPUT: a real CT head.\n";
+    "MetaImage (.mha, .mhd), a VTK image (.vti), an InVesalius project (.inv3), a TIFF of several\n"
+    "pages or a folder of TIFFs, a zip of one of these, headerless raw with --dims and --type, or a\n"
+    "built-in volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each also with ,size=N.\n"
+    "The format is found by content. Without INPUT: a real CT head.\n";
 
 std::string sentence_of(const Option& option) {
   std::string text = option.sentence;

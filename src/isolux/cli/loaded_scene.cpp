@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "isolux/base/error.h"
 #include "isolux/cli/terminal.h"
@@ -20,9 +21,8 @@ json read_scene_file(const std::string& path) {
   }
   if (!file)
     throw WorkError(path, "there is no such scene file, or it cannot be read", "check the name");
-  json document = json::parse(file, nullptr, /*allow_exceptions=*/false);
-  if (document.is_discarded())
-    throw UsageError(path, "is not valid JSON", "check its commas and braces");
+  const json document = parse_document(
+      {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()}, path);
   check_document(document, path);
   return document;
 }

@@ -80,8 +80,8 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
 
 int render_again(const Arguments& arguments, const std::string& output) {
   for (const auto& [name, values] : arguments.values) {
-    if (name == "again" || name == "output" || name == "threads" || name == "progress" ||
-        name == "max-memory" || name == "trust") {
+    if (name == "again" || name == "output" || name == "threads" || name == "isa" ||
+        name == "progress" || name == "max-memory" || name == "trust") {
       continue;
     }
     throw UsageError("--" + name, "does not go with --again", "a picture carries its own scene");

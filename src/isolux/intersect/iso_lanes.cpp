@@ -42,9 +42,10 @@ void set_normal(HitLanes& hits, std::size_t n, Vec3 normal, Vec3 world_direction
 
 }  // namespace
 
-IsoLanes::IsoLanes(IsoSurface surface, const BrickGrid& bricks)
+IsoLanes::IsoLanes(IsoSurface surface, const BrickGrid& bricks, std::size_t reach)
     : surface_(std::move(surface)),
       skip_(surface_.volume(), bricks, surface_.iso()),
+      reach_(reach),
       greatest_(greatest_difference(bricks, surface_.iso())) {}
 
 void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& hits) const {
@@ -53,7 +54,7 @@ void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& h
   visit_voxels(volume, [&]<typename T>(const VolumeView<T>& view) {
     field.type = kVoxelType<T>;
     field.voxels = view.voxels;
-    field.is_wide = voxel_count(volume) * sizeof(T) >= std::size_t{1} << 31;
+    field.is_wide = voxel_count(volume) * sizeof(T) >= reach_;
   });
   std::ranges::copy(volume.dims, field.dims);
   field.leaps = skip_.leaps();

@@ -46,7 +46,10 @@ class IsoLanes {
  public:
   static constexpr double kDoubt = 2e-6;
 
-  IsoLanes(IsoSurface surface, const BrickGrid& bricks);
+  /// How many bytes of voxels the vectors' gathers reach; beyond, voxels are read one by one.
+  static constexpr std::size_t kReach = std::size_t{1} << 31;
+
+  IsoLanes(IsoSurface surface, const BrickGrid& bricks, std::size_t reach = kReach);
 
   /// The first root of each lane whose bit is in `lanes`.
   void first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& hits) const;
@@ -57,6 +60,7 @@ class IsoLanes {
  private:
   IsoSurface surface_;
   SkipGrid skip_;
+  std::size_t reach_;
   double greatest_ = 0;  ///< the greatest |voxel - iso| of finite voxels
 };
 

@@ -21,6 +21,15 @@ struct Disagreements {
   double normal = 0;    ///< greatest distance between unit normals
 };
 
+void set_ray(RayLanes& rays, int n, const Ray& ray) {
+  for (int axis = 0; axis < 3; ++axis) {
+    rays.origin[axis][n] = ray.origin[axis];
+    rays.direction[axis][n] = ray.direction[axis];
+  }
+  rays.begin[n] = 0;
+  rays.end[n] = std::numeric_limits<float>::infinity();
+}
+
 // Shoots rays by both and compares. `next` makes rays in index space.
 template <typename NextRay>
 Disagreements compare(const Volume& volume, double iso, int packets, NextRay next) {
@@ -39,12 +48,7 @@ Disagreements compare(const Volume& volume, double iso, int packets, NextRay nex
     Ray ray[RayLanes::kCount];
     for (int n = 0; n < RayLanes::kCount; ++n) {
       ray[n] = next();
-      for (int axis = 0; axis < 3; ++axis) {
-        rays.origin[axis][n] = ray[n].origin[axis];
-        rays.direction[axis][n] = ray[n].direction[axis];
-      }
-      rays.begin[n] = 0;
-      rays.end[n] = std::numeric_limits<float>::infinity();
+      set_ray(rays, n, ray[n]);
     }
     lanes.first_hits(rays, ~0u, hits);
     for (int n = 0; n < RayLanes::kCount; ++n) {
@@ -133,6 +137,56 @@ TEST(IsoLanes, agree_with_the_oracle_on_noise_of_every_voxel_type) {
   expect_agreement(compare(random_volume<std::uint16_t>(dims, 3, 0, 65535), 30000.25, 2000,
                            RandomRays(dims, 13)));
   expect_agreement(compare(random_volume<float>(dims, 4, -1, 1), 0.9, 2000, RandomRays(dims, 14)));
+}
+
+TEST(IsoLanes, voxels_out_of_the_gathers_reach_give_the_same_bits) {
+  const std::array<int, 3> dims{19, 23, 17};
+  const auto same = [&]<typename T>(T low, T high, double iso) {
+    const auto volume = std::make_shared<const Volume>(random_volume<T>(dims, 7, low, high));
+    const auto bricks = std::make_shared<const BrickGrid>(*volume);
+    const IsoSurface surface(volume, bricks, iso);
+    const IsoLanes near(surface, *bricks), far(surface, *bricks, 0);
+    RandomRays random(dims, 15);
+    RayLanes rays;
+    for (int packet = 0; packet < 300; ++packet) {
+      for (int n = 0; n < RayLanes::kCount; ++n) set_ray(rays, n, random());
+      HitLanes a, b;
+      near.first_hits(rays, ~0u, a);
+      far.first_hits(rays, ~0u, b);
+      ASSERT_EQ(a.hit, b.hit);
+      for (int n = 0; n < RayLanes::kCount; ++n) {
+        if (!(a.hit >> n & 1)) continue;
+        EXPECT_EQ(a.t[n], b.t[n]);
+        for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(a.normal[axis][n], b.normal[axis][n]);
+      }
+    }
+  };
+  same(std::uint8_t{0}, std::uint8_t{255}, 200.5);
+  same(std::int16_t{-1000}, std::int16_t{1000}, 700);
+  same(std::uint16_t{0}, std::uint16_t{60000}, 50000);
+  same(-1.0f, 1.0f, 0.7);
+}
+
+TEST(IsoLanes, what_one_lane_holds_has_no_influence_on_another) {
+  const std::array<int, 3> dims{19, 23, 17};
+  const auto volume =
+      std::make_shared<const Volume>(random_volume<std::int16_t>(dims, 8, -1000, 1000));
+  const auto bricks = std::make_shared<const BrickGrid>(*volume);
+  const IsoLanes lanes(IsoSurface(volume, bricks, 800), *bricks);
+  RandomRays random(dims, 16);
+  RayLanes rays;
+  HitLanes together, alone;
+  for (int packet = 0; packet < 50; ++packet) {
+    for (int n = 0; n < RayLanes::kCount; ++n) set_ray(rays, n, random());
+    lanes.first_hits(rays, ~0u, together);
+    for (int n = 0; n < RayLanes::kCount; ++n) {
+      lanes.first_hits(rays, 1u << n, alone);
+      ASSERT_EQ(alone.hit, together.hit & 1u << n);
+      if (alone.hit != 0) {
+        EXPECT_EQ(alone.t[n], together.t[n]);
+      }
+    }
+  }
 }
 
 TEST(IsoLanes, agree_with_the_oracle_on_the_sphere_and_from_inside_it) {

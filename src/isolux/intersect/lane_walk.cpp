@@ -228,8 +228,10 @@ class Walk {
     const MI step = hn::Eq(keep, hn::Set(kI, -1));  // the other two axes stay as they are
     const MI go = hn::RebindMask(kI, hn::AndNot(found, walking_));
     for (int a = 0; a < 3; ++a) {
-      const VI here = nearest_int(hn::MulAdd(axis_[a].direction, next_t, axis_[a].cell_origin));
       const MI up = hn::RebindMask(kI, axis_[a].up);
+      // Never back, or two axes whose planes meet at one t could undo each other's steps for ever.
+      const VI reached = nearest_int(hn::MulAdd(axis_[a].direction, next_t, axis_[a].cell_origin));
+      const VI here = hn::IfThenElse(up, hn::Max(reached, cell_[a]), hn::Min(reached, cell_[a]));
       const VI beyond = hn::IfThenElse(up, plane[a], hn::Sub(plane[a], one));
       const MI through = hn::RebindMask(kI, hn::Eq(t[a], leave));
       const VI next = hn::IfThenElse(through, beyond, hn::IfThenElse(step, cell_[a], here));

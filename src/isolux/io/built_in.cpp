@@ -14,14 +14,13 @@ namespace {
 struct Phantom {
   Volume (*make)(int size);
   int size;
-  double bytes_per_voxel;
 };
 
 const std::map<std::string, Phantom>& phantoms() {
   static const std::map<std::string, Phantom> all = {
-      {"head", {head_phantom, 256, 2}},
-      {"sphere", {sphere_phantom, 65, 4}},
-      {"marschner-lobb", {marschner_lobb_phantom, 41, 4}},
+      {"head", {head_phantom, 256}},
+      {"sphere", {sphere_phantom, 65}},
+      {"marschner-lobb", {marschner_lobb_phantom, 41}},
   };
   return all;
 }
@@ -30,7 +29,7 @@ constexpr int kLargestSize = 4096;
 
 }  // namespace
 
-ReadResult make_phantom(const ReadRequest& request) {
+OpenedInput open_phantom(const ReadRequest& request) {
   const std::string rest = request.name.substr(std::string("phantom:").size());
   const std::size_t comma = rest.find(',');
   const auto found = phantoms().find(rest.substr(0, comma));
@@ -49,10 +48,25 @@ ReadResult make_phantom(const ReadRequest& request) {
     }
     size = static_cast<int>(*given);
   }
-  check_memory(found->second.bytes_per_voxel * size * size * size, request.name);
-  auto volume = std::make_shared<Volume>(found->second.make(size));
-  if (request.grid.spacing_mm) volume->world_from_index.linear = diagonal(*request.grid.spacing_mm);
-  return {volume, request.name, "built-in", {}, {}};
+  const Phantom& phantom = found->second;
+  OpenedInput opened;
+  opened.result.name = request.name;
+  opened.result.format = "built-in";
+  // The smallest one, of 2 voxels a side, spans the same cube and says the same of itself.
+  opened.volume = phantom.make(2);
+  opened.stored_type = voxel_type_name(opened.volume);
+  opened.bytes_per_voxel_most = static_cast<double>(voxel_bytes(opened.volume)) / 8;
+  opened.volume.voxels = {};
+  opened.volume.dims = {size, size, size};
+  Mat3& linear = opened.volume.world_from_index.linear;
+  for (Vec3& column : linear.column) column = column / (size - 1);
+  if (request.grid.spacing_mm) linear = diagonal(*request.grid.spacing_mm);
+  opened.read_voxels = [make = phantom.make, size, name = request.name,
+                        bytes = opened.voxel_memory()](std::vector<std::string>&) {
+    check_memory(bytes, name);
+    return make(size).voxels;
+  };
+  return opened;
 }
 
 std::string find_example_head() {

@@ -16,7 +16,8 @@
 namespace isolux {
 
 // For the way home from the fence.
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PixelPacking, bits_allocated, bits_stored, high_bit, is_signed)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PixelPacking, bits_allocated, bits_stored, high_bit, is_signed,
+                                   is_float)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DicomFrame, position, orientation, spacing, distance, slope,
                                    intercept, time, segment)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DicomFile, path, fault, instance_uid, series_uid, description,
@@ -47,6 +48,7 @@ double best_ratio(const DicomFile& file) { return file.is_plain() ? 1 : 1e4; }
 
 bool is_sound(const PixelPacking& packing) {
   const int bits = packing.bits_allocated;
+  if (packing.is_float) return bits == 32 || bits == 64;
   return (bits == 1 || bits == 8 || bits == 16 || bits == 32) && packing.bits_stored >= 1 &&
          packing.bits_stored <= bits && packing.high_bit >= packing.bits_stored - 1 &&
          packing.high_bit < bits;
@@ -93,10 +95,10 @@ void describe_some(const std::string* paths, std::size_t count, std::vector<Dico
       output.send_text(described.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     }
   };
-  const auto take = [&](FenceInput& input) {
+  const auto take = [&](Fence& fence) {
     for (std::size_t n = 0; n < count; ++n) {
       DicomFile file;
-      const std::string described = input.receive_text();
+      const std::string described = fence.receive_text();
       try {
         file = nlohmann::json::parse(described).get<DicomFile>();
         if (file.fault.empty()) file.fault = size_fault(file);
@@ -109,7 +111,8 @@ void describe_some(const std::string* paths, std::size_t count, std::vector<Dico
   };
   const std::size_t before = files.size();
   try {
-    run_fenced({.seconds = 10, .memory = 512e6 + 2 * largest}, parse, take);
+    Fence fence({.seconds = 10, .memory = 512e6 + 2 * largest}, parse);
+    take(fence);
   } catch (const FenceBroken& broken) {
     DicomFile file;
     file.path = paths[files.size() - before];
@@ -152,25 +155,22 @@ void read_encoded(const DicomFile& file, std::size_t begin, std::size_t end, con
                     "is the file complete?");
   };
   const double promised = file.voxel_count() * std::max(8, file.packing.bits_allocated) / 8;
-  check_memory(2 * promised, file.path);
+  check_memory(promised, file.path);
   const FenceLimits limits{.seconds = 10 + promised / 4e6,
                            .memory = 512e6 + 4 * promised + 2 * size_of(file.path)};
   const std::size_t voxels = static_cast<std::size_t>(file.columns) * file.rows;
   try {
-    run_fenced(
-        limits, [&](FenceOutput& output) { decode_dicom_pixels(file, output); },
-        [&](FenceInput& input) {
-          if (const std::string why = input.receive_text(); !why.empty()) fail(why);
-          PixelPacking packing;
-          input.receive(&packing, sizeof packing);
-          const auto bits = static_cast<std::size_t>(packing.bits_allocated);
-          if (!is_sound(packing) || voxels * bits % 8 != 0) fail("are packed in an unknown way");
-          std::vector<char> packed(voxels * bits / 8);
-          for (std::size_t frame = 0; frame < end; ++frame) {
-            input.receive(packed.data(), packed.size());
-            if (frame >= begin) use(frame, packing, packed.data(), 0);
-          }
-        });
+    Fence fence(limits, [&](FenceOutput& output) { decode_dicom_pixels(file, output); });
+    if (const std::string why = fence.receive_text(); !why.empty()) fail(why);
+    PixelPacking packing;
+    fence.receive(&packing, sizeof packing);
+    const auto bits = static_cast<std::size_t>(packing.bits_allocated);
+    if (!is_sound(packing) || voxels * bits % 8 != 0) fail("are packed in an unknown way");
+    std::vector<char> packed(voxels * bits / 8);
+    for (std::size_t frame = 0; frame < end; ++frame) {
+      fence.receive(packed.data(), packed.size());
+      if (frame >= begin) use(frame, packing, packed.data(), 0);
+    }
   } catch (const FenceBroken& broken) {
     fail(broken.what());
   }

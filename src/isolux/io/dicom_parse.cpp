@@ -2,17 +2,21 @@
 
 #include <gdcmImageReader.h>
 #include <gdcmReader.h>
+#include <gdcmSequenceOfFragments.h>
 #include <gdcmSequenceOfItems.h>
 #include <gdcmUIDs.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <set>
 #include <sstream>
 
+#include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
 #include "isolux/base/vec3.h"
 
@@ -20,10 +24,13 @@ namespace isolux {
 namespace {
 
 const gdcm::Tag kPixelData(0x7fe0, 0x0010);
+constexpr const char* kNoImage = "is DICOM, but holds no image";
+const gdcm::Tag kFloatPixels(0x7fe0, 0x0008);
+const gdcm::Tag kDoublePixels(0x7fe0, 0x0009);
 
 std::unique_ptr<std::istream> open(const std::string& path, std::size_t start) {
   auto file = std::make_unique<std::ifstream>(path, std::ios::binary);
-  if (!*file) throw std::runtime_error("cannot be opened");
+  if (!*file) throw std::runtime_error(std::string("cannot be opened: ") + std::strerror(errno));
   if (start == 0) return file;
   file->seekg(static_cast<std::streamoff>(start));
   auto rest = std::make_unique<std::stringstream>();
@@ -209,12 +216,21 @@ class FrameParser {
     return along_normal(offsets);
   }
 
-  // Doses tell each frame's distance from the first.
+  // Doses tell each frame's distance from the first along the normal, or, where the first number is
+  // not 0, each frame's z (DICOM PS3.3, C.8.8.3.2).
   std::vector<DicomFrame> dose(DicomFile& file) {
     if (file.modality != "RTDOSE") return {};
     shared_.slope = decimal(root_, {0x3004, 0x000e}, 1);
     file.units = text(root_, {0x3004, 0x0002});
-    return along_normal(decimals(root_, {0x3004, 0x000c}));
+    std::vector<double> offsets = decimals(root_, {0x3004, 0x000c});
+    if (offsets.empty() || offsets[0] == 0 || shared_.orientation.empty()) {
+      return along_normal(offsets);
+    }
+    const std::vector<double>& o = shared_.orientation;
+    const double upward = cross({o[0], o[1], o[2]}, {o[3], o[4], o[5]}).z < 0 ? -1 : 1;
+    const double first = offsets[0];
+    for (double& offset : offsets) offset = upward * (offset - first);
+    return along_normal(offsets);
   }
 
   const gdcm::DataSet& root_;
@@ -231,7 +247,7 @@ std::string transfer_syntax_text(const std::string& uid) {
   return name ? std::string(name) + ", " + uid : uid;
 }
 
-// Finds uncompressed pixels, whose element's head ends at `value`, or the fault.
+// Finds uncompressed pixels, whose element's head ends where the reader stopped, or the fault.
 void find_pixels(const gdcm::Reader& reader, std::istream& stream, DicomFile& file) {
   const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
   if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) return;
@@ -240,11 +256,17 @@ void find_pixels(const gdcm::Reader& reader, std::istream& stream, DicomFile& fi
   stream.clear();
   stream.seekg(value - 12);
   stream.read(head, sizeof head);
-  const bool is_big = std::memcmp(head, "\x7f\xe0\x00\x10", 4) == 0;
-  const bool is_explicit = is_big || std::memcmp(head, "\xe0\x7f\x10\x00", 4) == 0;
-  const bool is_implicit = !is_explicit && std::memcmp(head + 4, "\xe0\x7f\x10\x00", 4) == 0;
+  const auto has_tag = [&](std::size_t at, bool big) {
+    const char element = file.packing.is_float ? (file.packing.bits_allocated == 64 ? 9 : 8) : 0x10;
+    const char little_tag[] = {'\xe0', '\x7f', element, 0},
+               big_tag[] = {'\x7f', '\xe0', 0, element};
+    return std::memcmp(head + at, big ? big_tag : little_tag, 4) == 0;
+  };
+  const bool is_big = has_tag(0, true);
+  const bool is_explicit = is_big || has_tag(0, false);
+  const bool is_implicit = !is_explicit && has_tag(4, false);
   if (!stream || !(is_explicit || is_implicit)) {
-    file.fault = "is DICOM, but holds no image";
+    file.fault = kNoImage;
     return;
   }
   if (syntax.IsEncapsulated()) return;
@@ -297,16 +319,15 @@ std::string date_text(const gdcm::DataSet& set) {
   return {};
 }
 
-}  // namespace
-
-DicomFile parse_dicom_header(const std::string& path, std::size_t start) {
+// Reads up to the pixels that stand under `tag`.
+DicomFile parse_up_to(const std::string& path, std::size_t start, const gdcm::Tag& tag) {
   DicomFile file;
   file.path = path;
   file.start = start;
   const std::unique_ptr<std::istream> stream = open(path, start);
   gdcm::Reader reader;
   reader.SetStream(*stream);
-  const bool is_read = reader.ReadUpToTag(kPixelData, std::set<gdcm::Tag>{kPixelData});
+  const bool is_read = reader.ReadUpToTag(tag, {kPixelData, kFloatPixels, kDoublePixels});
   const gdcm::FileMetaInformation& header = reader.GetFile().GetHeader();
   const std::string syntax = text(header, {0x0002, 0x0010});
   file.transfer_syntax =
@@ -339,42 +360,169 @@ DicomFile parse_dicom_header(const std::string& path, std::size_t start) {
   parse_packing(set, file);
   file.frames = FrameParser(set).frames(file);
   if (file.modality == "PT") file.units = text(set, {0x0054, 0x1001});
-  if (has(set, {0x0028, 0x3000})) {
-    file.remarks.push_back("its lookup table for values (Modality LUT) is not applied");
+  if (tag != kPixelData) {
+    file.packing = {.bits_allocated = tag == kDoublePixels ? 64 : 32, .is_float = true};
   }
-  if (has(set, {0x7fe0, 0x0008}) || has(set, {0x7fe0, 0x0009})) {
-    file.fault = "holds floating-point pixels, which this version does not read";
+  if (has(set, {0x0028, 0x3000})) {
+    file.fault = "has a lookup table for its values (Modality LUT), which isolux does not apply";
     return file;
   }
   find_pixels(reader, *stream, file);
   return file;
 }
 
+}  // namespace
+
+DicomFile parse_dicom_header(const std::string& path, std::size_t start) {
+  DicomFile file = parse_up_to(path, start, kPixelData);
+  for (const gdcm::Tag& tag : {kFloatPixels, kDoublePixels}) {
+    if (file.fault != kNoImage) break;
+    file = parse_up_to(path, start, tag);
+  }
+  return file;
+}
+
+namespace {
+
+// --- Decoding ---
+
+// Sends the voxels of the frames that an image holds; the packing goes before the first of all.
+class FrameSender {
+ public:
+  FrameSender(const DicomFile& file, FenceOutput& output) : file_(file), output_(output) {}
+
+  // Why it cannot be done; empty: it was.
+  std::string send(const gdcm::Image& image, long long frames) {
+    std::vector<char> voxels(image.GetBufferLength());
+    if (!image.GetBuffer(voxels.data())) return "cannot be decoded";
+    const gdcm::PixelFormat& format = image.GetPixelFormat();
+    const PixelPacking packing{format.GetBitsAllocated(), format.GetBitsStored(),
+                               format.GetHighBit(), format.GetPixelRepresentation() == 1};
+    const double expected = std::ceil(1.0 * file_.columns * file_.rows *
+                                      static_cast<double>(frames) * packing.bits_allocated / 8);
+    if (format.GetSamplesPerPixel() != 1 || static_cast<double>(voxels.size()) < expected ||
+        (packing_ && !(packing == *packing_))) {
+      return "decode to another size than its header says";
+    }
+    if (!packing_) {
+      output_.send_text("");
+      output_.send(&packing, sizeof packing);
+    }
+    packing_ = packing;
+    output_.send(voxels.data(), static_cast<std::size_t>(expected));
+    return {};
+  }
+
+  // As WorkError, once frames are on their way.
+  void fail(const std::string& why) {
+    if (packing_) {
+      throw WorkError(file_.path,
+                      "its pixels " + why + " (transfer syntax " + file_.transfer_syntax + ")",
+                      "is the file complete?");
+    }
+    output_.send_text(why);
+  }
+
+ private:
+  const DicomFile& file_;
+  FenceOutput& output_;
+  std::optional<PixelPacking> packing_;
+};
+
+// Where the encoded pieces of the pixels lie in a stream.
+struct Fragment {
+  std::streamoff begin = 0;
+  std::uint32_t length = 0;
+};
+
+// The items of encoded pixels from where the element's head ends: first the table of offsets, which
+// may be empty, then the pieces. Empty where that is not what stands there.
+std::vector<Fragment> fragments_at(std::istream& stream, std::streamoff at) {
+  std::vector<Fragment> fragments;
+  while (true) {
+    unsigned char head[8] = {};
+    stream.clear();
+    stream.seekg(at);
+    stream.read(reinterpret_cast<char*>(head), sizeof head);
+    if (!stream) return {};
+    const std::uint32_t length =
+        head[4] | head[5] << 8 | head[6] << 16 | static_cast<std::uint32_t>(head[7]) << 24;
+    if (std::memcmp(head, "\xfe\xff\xdd\xe0", 4) == 0) return fragments;
+    if (std::memcmp(head, "\xfe\xff\x00\xe0", 4) != 0 || length == 0xffffffff) return {};
+    fragments.push_back({at + 8, length});
+    at += 8 + static_cast<std::streamoff>(length);
+  }
+}
+
+// Takes a file made in memory for one that was read.
+class OneFrame : public gdcm::ImageReader {
+ public:
+  bool read(gdcm::File& file) {
+    SetFile(file);
+    GetImage().SetTransferSyntax(file.GetHeader().GetDataSetTransferSyntax());
+    return ReadImage(gdcm::MediaStorage::SecondaryCaptureImageStorage);
+  }
+};
+
+// Of several frames, where each is one piece: one at a time, so that neither the encoded nor the
+// decoded pixels are ever whole in memory. False where the pieces are not the frames.
+bool send_one_by_one(const DicomFile& file, FrameSender& sender) {
+  const std::unique_ptr<std::istream> stream = open(file.path, file.start);
+  gdcm::Reader header;
+  header.SetStream(*stream);
+  if (file.frame_count < 2 || !header.ReadUpToTag(kPixelData, {kPixelData})) return false;
+  const gdcm::TransferSyntax& syntax = header.GetFile().GetHeader().GetDataSetTransferSyntax();
+  if (!syntax.IsEncapsulated()) return false;
+  const auto begin = static_cast<std::streamoff>(header.GetStreamCurrentPosition());
+  const std::vector<Fragment> fragments = fragments_at(*stream, begin);
+  if (static_cast<long long>(fragments.size()) != file.frame_count + 1) return false;
+  const gdcm::SmartPointer<gdcm::File> frame_file = new gdcm::File;
+  frame_file->GetHeader().SetDataSetTransferSyntax(syntax);
+  for (const gdcm::DataElement& element : header.GetFile().GetDataSet().GetDES()) {
+    const bool is_of_image = element.GetTag().GetGroup() == 0x0028;
+    if (is_of_image && element.GetTag() != gdcm::Tag(0x0028, 0x0008)) {
+      frame_file->GetDataSet().Insert(element);
+    }
+  }
+  std::vector<char> encoded;
+  for (std::size_t n = 1; n < fragments.size(); ++n) {
+    encoded.resize(fragments[n].length);
+    stream->clear();
+    stream->seekg(fragments[n].begin);
+    stream->read(encoded.data(), static_cast<std::streamsize>(encoded.size()));
+    if (!*stream) {
+      sender.fail("are cut short");
+      return true;
+    }
+    gdcm::Fragment piece;
+    piece.SetByteValue(encoded.data(), gdcm::VL(fragments[n].length));
+    const gdcm::SmartPointer<gdcm::SequenceOfFragments> pieces = new gdcm::SequenceOfFragments;
+    pieces->AddFragment(piece);
+    gdcm::DataElement pixels(kPixelData, 0xffffffff, gdcm::VR::OB);
+    pixels.SetValue(*pieces);
+    frame_file->GetDataSet().Replace(pixels);
+    OneFrame frame;
+    const std::string why =
+        frame.read(*frame_file) ? sender.send(frame.GetImage(), 1) : "cannot be decoded";
+    if (!why.empty()) {
+      sender.fail(why);
+      return true;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
 void decode_dicom_pixels(const DicomFile& file, FenceOutput& output) {
+  FrameSender sender(file, output);
+  if (send_one_by_one(file, sender)) return;
   const std::unique_ptr<std::istream> stream = open(file.path, file.start);
   gdcm::ImageReader reader;
   reader.SetStream(*stream);
-  if (!reader.Read()) {
-    output.send_text("cannot be decoded");
-    return;
-  }
-  const gdcm::Image& image = reader.GetImage();
-  std::vector<char> voxels(image.GetBufferLength());
-  if (!image.GetBuffer(voxels.data())) {
-    output.send_text("cannot be decoded");
-    return;
-  }
-  const gdcm::PixelFormat& format = image.GetPixelFormat();
-  const PixelPacking packing{format.GetBitsAllocated(), format.GetBitsStored(), format.GetHighBit(),
-                             format.GetPixelRepresentation() == 1};
-  const double expected = std::ceil(file.voxel_count() * packing.bits_allocated / 8);
-  if (format.GetSamplesPerPixel() != 1 || static_cast<double>(voxels.size()) < expected) {
-    output.send_text("decode to another size than its header says");
-    return;
-  }
-  output.send_text("");
-  output.send(&packing, sizeof packing);
-  output.send(voxels.data(), static_cast<std::size_t>(expected));
+  const std::string why =
+      reader.Read() ? sender.send(reader.GetImage(), file.frame_count) : "cannot be decoded";
+  if (!why.empty()) sender.fail(why);
 }
 
 }  // namespace isolux

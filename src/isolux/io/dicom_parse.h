@@ -15,7 +15,7 @@ namespace isolux {
 DicomFile parse_dicom_header(const std::string& path, std::size_t start);
 
 /// Decodes all frames and sends them: an empty text (or why it cannot be done), the PixelPacking,
-/// then `bytes` of voxels at the most. May throw anything.
+/// then the voxels; frames that are a piece each one at a time. May throw anything.
 void decode_dicom_pixels(const DicomFile& file, FenceOutput& output);
 
 }  // namespace isolux

@@ -27,7 +27,7 @@ class StoredBits {
 };
 
 template <typename Raw>
-std::uint64_t raw_at(const void* packed, std::size_t n) {
+Raw raw_at(const void* packed, std::size_t n) {
   Raw raw;
   std::memcpy(&raw, static_cast<const char*>(packed) + n * sizeof(Raw), sizeof(Raw));
   return raw;
@@ -45,7 +45,7 @@ bool unpack_each(const StoredAt& stored_at, std::size_t count, const Rescale& re
     const double value = rescale.slope * static_cast<double>(stored_at(n)) + rescale.intercept;
     if constexpr (std::is_floating_point_v<Voxel>) {
       voxels[n] = static_cast<Voxel>(value);
-      is_exact = is_exact && static_cast<double>(voxels[n]) == value;
+      is_exact = is_exact && (static_cast<double>(voxels[n]) == value || std::isnan(value));
     } else {
       const bool fits = value >= std::numeric_limits<Voxel>::lowest() &&
                         value <= std::numeric_limits<Voxel>::max() && value == std::floor(value);
@@ -66,6 +66,12 @@ bool unpack(const PixelPacking& packing, const void* packed, std::size_t first, 
   const auto each = [&](auto stored_at) {
     return unpack_each(stored_at, count, rescale, voxels, rounds);
   };
+  if (packing.is_float && packing.bits_allocated == 64) {
+    return each([&](std::size_t n) { return raw_at<double>(packed, first + n); });
+  }
+  if (packing.is_float) {
+    return each([&](std::size_t n) { return raw_at<float>(packed, first + n); });
+  }
   switch (packing.bits_allocated) {
     case 1:
       return each([&](std::size_t n) { return bit_at(packed, first + n); });

@@ -8,10 +8,12 @@ namespace isolux {
 
 /// How a DICOM file packs one number a voxel, in this machine's byte order.
 struct PixelPacking {
-  int bits_allocated = 16;  ///< 1, 8, 16 or 32; single bits lie lowest first, without gaps
-  int bits_stored = 16;     ///< at most bits_allocated
-  int high_bit = 15;        ///< the stored bits' highest
+  int bits_allocated =
+      16;  ///< 1, 8, 16 or 32, of floats 32 or 64; single bits lie lowest first, without gaps
+  int bits_stored = 16;  ///< at most bits_allocated
+  int high_bit = 15;     ///< the stored bits' highest
   bool is_signed = false;
+  bool is_float = false;
   bool operator==(const PixelPacking&) const = default;
 };
 

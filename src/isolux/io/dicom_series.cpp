@@ -1,6 +1,8 @@
 #include "isolux/io/dicom_series.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -22,7 +24,8 @@ bool is_dicom(const fs::directory_entry& entry) {
   if (!entry.is_regular_file(error)) return false;
   std::ifstream file(entry.path(), std::ios::binary);
   if (!file) {  // it could be a slice: leaving it out in silence would draw another volume
-    throw WorkError(entry.path().string(), "cannot be read", "check its permissions");
+    throw WorkError(entry.path().string(), std::string("cannot be read: ") + std::strerror(errno),
+                    "check its permissions");
   }
   std::string bytes(512, '\0');
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));

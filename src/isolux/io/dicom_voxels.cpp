@@ -1,10 +1,12 @@
 #include "isolux/io/dicom_voxels.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <map>
 #include <type_traits>
 
+#include "isolux/base/fence.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/parallel.h"
 
@@ -41,10 +43,11 @@ class Decoder {
     const bool is_kept = all([](const DicomSlice&, const DicomFile&, const DicomFrame& frame) {
       return frame.slope == 1 && frame.intercept == 0;
     });
-    const bool is_whole = all([](const DicomSlice&, const DicomFile&, const DicomFrame& frame) {
-      return frame.slope == std::floor(frame.slope) &&
-             frame.intercept == std::floor(frame.intercept);
-    });
+    const bool is_whole =
+        all([](const DicomSlice&, const DicomFile& file, const DicomFrame& frame) {
+          return !file.packing.is_float && frame.slope == std::floor(frame.slope) &&
+                 frame.intercept == std::floor(frame.intercept);
+        });
     const bool is_byte = all([](const DicomSlice&, const DicomFile& file, const DicomFrame&) {
       return file.packing.bits_allocated <= 8 && !file.packing.is_signed;
     });
@@ -75,6 +78,7 @@ class Decoder {
     result = VoxelArray();
     check_memory(static_cast<double>(layers_ * layer_voxels_) * sizeof(Voxel), request_.name);
     std::vector<Voxel> voxels(layers_ * layer_voxels_);
+    keep_from_fences(voxels.data(), voxels.size() * sizeof(Voxel));
     Progress progress(request_.listener, "reading", errands_.size());
     std::atomic<bool> fits = true, any_rounds = false;
     parallel_for(errands_.size(), 1, [&](std::size_t begin, std::size_t) {
@@ -112,7 +116,7 @@ class Decoder {
 };
 
 template <typename Voxel>
-std::vector<Voxel> mixed_layers(const std::vector<Voxel>& slices, const std::vector<Layer>& layers,
+std::vector<Voxel> mixed_layers(const Voxels<Voxel>& slices, const std::vector<Layer>& layers,
                                 std::size_t layer_voxels) {
   std::vector<Voxel> voxels(layers.size() * layer_voxels);
   parallel_for(layers.size(), 1, [&](std::size_t k, std::size_t) {
@@ -140,14 +144,25 @@ VoxelArray read_dicom_slices(const ReadRequest& request, const std::vector<Dicom
   return voxels;
 }
 
+double dicom_bytes_per_voxel_most(const std::vector<DicomFile>& files,
+                                  const std::vector<DicomSlice>& slices) {
+  double most = 1;
+  for (const DicomSlice& slice : slices) {
+    const PixelPacking& packing = files[slice.file].packing;
+    const DicomFrame& frame = files[slice.file].frame(slice.frame);
+    const bool is_kept = frame.slope == 1 && frame.intercept == 0 && packing.bits_allocated <= 16;
+    const bool is_byte = packing.bits_allocated <= 8 && !packing.is_signed;
+    most = std::max(most, is_kept ? (is_byte ? 1.0 : 2.0) : 4.0);
+  }
+  return most;
+}
+
 VoxelArray mixed(const std::string& name, const VoxelArray& slices, std::size_t slice_count,
                  const std::vector<Layer>& layers) {
   return std::visit(
-      [&]<typename Voxel>(const std::vector<Voxel>& voxels) -> VoxelArray {
+      [&]<typename Voxel>(const Voxels<Voxel>& voxels) -> VoxelArray {
         const std::size_t layer_voxels = voxels.size() / slice_count;
-        check_memory(
-            static_cast<double>((slice_count + layers.size()) * layer_voxels) * sizeof(Voxel),
-            name);
+        check_memory(static_cast<double>(layers.size() * layer_voxels) * sizeof(Voxel), name);
         return mixed_layers(voxels, layers, layer_voxels);
       },
       slices);

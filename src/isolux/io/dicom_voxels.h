@@ -17,12 +17,16 @@ struct DicomSlice {
 };
 
 /// Reads slices of one size, on all cores, each straight into its layer. The voxels take the
-/// narrowest type that holds every value, as voxels_from (stored_voxels.h) has it: a stored type
+/// narrowest type that holds every value, as voxels_read (stored_voxels.h) has it: a stored type
 /// that needs no rescaling is kept, whole numbers stay whole. Notes where floats round.
 /// @throws WorkError  as read_dicom_frames, or where memory is short.
 VoxelArray read_dicom_slices(const ReadRequest& request, const std::vector<DicomFile>& files,
                              const std::vector<DicomSlice>& slices,
                              std::vector<std::string>& notes);
+
+/// The most bytes that a voxel of read_dicom_slices takes.
+double dicom_bytes_per_voxel_most(const std::vector<DicomFile>& files,
+                                  const std::vector<DicomSlice>& slices);
 
 /// The layers of a grid from the voxels of `slice_count` slices; whole numbers are rounded.
 /// @throws WorkError  about `name`, where memory is short.

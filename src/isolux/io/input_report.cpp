@@ -14,25 +14,18 @@ json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-double memory_to_render(const Volume& volume) {
-  return static_cast<double>(voxel_bytes(volume)) + BrickGrid::bytes(volume.dims);
+double memory_to_render(const std::array<int, 3>& dims, double held_bytes) {
+  return held_bytes + BrickGrid::bytes(dims);
 }
 
-json input_report(const ReadResult& input, const ValueStatistics& values,
-                  const std::vector<SuggestedIso>& suggested) {
-  const Volume& volume = *input.volume;
+json header_report(const ReadResult& input, const Volume& volume, double memory_to_render) {
   json object = {{"kind", "volume"},
                  {"input", input.name},
                  {"format", input.format},
                  {"dims", volume.dims},
                  {"spacing", numbers(spacing_mm(volume))},
                  {"origin", numbers(volume.world_from_index.offset)},
-                 {"type", voxel_type_name(volume)},
-                 {"min", values.min},
-                 {"max", values.max},
-                 {"not_finite", values.not_finite},
-                 {"bytes", voxel_bytes(volume)},
-                 {"memory_to_render", memory_to_render(volume)},
+                 {"memory_to_render", memory_to_render},
                  {"files", input.files},
                  {"notes", input.notes}};
   const Mat3 unit = direction(volume);
@@ -42,6 +35,19 @@ json input_report(const ReadResult& input, const ValueStatistics& values,
   }
   if (!volume.modality.empty()) object["modality"] = volume.modality;
   if (!volume.units.empty()) object["units"] = volume.units;
+  return object;
+}
+
+json input_report(const ReadResult& input, const ValueStatistics& values,
+                  const std::vector<SuggestedIso>& suggested) {
+  const Volume& volume = *input.volume;
+  json object = header_report(
+      input, volume, memory_to_render(volume.dims, static_cast<double>(held_bytes(volume))));
+  object["type"] = voxel_type_name(volume);
+  object["bytes"] = voxel_bytes(volume);
+  object["min"] = values.min;
+  object["max"] = values.max;
+  object["not_finite"] = values.not_finite;
   object["suggested_iso"] = object["suggested_iso_names"] = json::array();
   for (const SuggestedIso& iso : suggested) {
     object["suggested_iso"].push_back(iso.value);

@@ -146,6 +146,13 @@ void add_notes(const std::vector<DicomFile>& files, const std::vector<DicomSlice
   }
 }
 
+std::string stored_type_name(const PixelPacking& packing) {
+  return (packing.is_float    ? "f"
+          : packing.is_signed ? "i"
+                              : "u") +
+         std::to_string(packing.bits_allocated);
+}
+
 std::string units_of(const DicomFile& file) {
   if (file.modality == "CT") return file.units.empty() || file.units == "HU" ? "HU" : "";
   return file.modality == "PT" || file.modality == "RTDOSE" ? file.units : "";
@@ -153,16 +160,18 @@ std::string units_of(const DicomFile& file) {
 
 // --- All together ---
 
-ReadResult read_series(const ReadRequest& request, const DicomSeries& series,
-                       const std::string& named, ReadResult result) {
-  const std::vector<DicomFile> files = usable_files(series, named, result);
-  std::vector<DicomSlice> slices = slices_of(files);
-  choose_segment(request, files, slices, result);
+OpenedInput open_series(const ReadRequest& request, const DicomSeries& series,
+                        const std::string& named, ReadResult result) {
+  const auto files =
+      std::make_shared<const std::vector<DicomFile>>(usable_files(series, named, result));
+  std::vector<DicomSlice> slices = slices_of(*files);
+  choose_segment(request, *files, slices, result);
   const bool has_segments = result.volume_count > 1;
 
   std::vector<SlicePlace> slice_places;
   for (const DicomSlice& slice : slices) {
-    slice_places.push_back(place_of(files[slice.file], files[slice.file].frame(slice.frame)));
+    const DicomFile& file = (*files)[slice.file];
+    slice_places.push_back(place_of(file, file.frame(slice.frame)));
   }
   const SliceStack stack = stack_slices(request.name, slice_places);
   std::ranges::copy(stack.notes, std::back_inserter(result.notes));
@@ -175,22 +184,26 @@ ReadResult read_series(const ReadRequest& request, const DicomSeries& series,
   std::set<std::string> kept_paths;
   for (const auto& place : stack.places) {
     kept.push_back(slices[place[chosen]]);
-    const std::string& path = files[kept.back().file].path;
+    const std::string& path = (*files)[kept.back().file].path;
     if (kept_paths.insert(path).second) result.files.push_back(path);
   }
-  add_notes(files, kept, result.notes);
+  add_notes(*files, kept, result.notes);
 
-  const DicomFile& first = files[kept[0].file];
-  auto volume = std::make_shared<Volume>();
-  volume->dims = {first.columns, first.rows, static_cast<int>(stack.layers.size())};
-  volume->world_from_index = stack.world_from_index;
-  volume->modality = first.modality;
-  volume->units = units_of(first);
-  volume->voxels = read_dicom_slices(request, files, kept, result.notes);
-  if (stack.is_resampled)
-    volume->voxels = mixed(request.name, volume->voxels, kept.size(), stack.layers);
-  result.volume = volume;
-  return result;
+  OpenedInput opened;
+  const DicomFile& first = (*files)[kept[0].file];
+  opened.volume.dims = {first.columns, first.rows, static_cast<int>(stack.layers.size())};
+  opened.volume.world_from_index = stack.world_from_index;
+  opened.volume.modality = first.modality;
+  opened.volume.units = units_of(first);
+  opened.result = std::move(result);
+  opened.stored_type = stored_type_name(first.packing);
+  opened.bytes_per_voxel_most = dicom_bytes_per_voxel_most(*files, kept);
+  const std::vector<Layer> mix = stack.is_resampled ? stack.layers : std::vector<Layer>{};
+  opened.read_voxels = [=](std::vector<std::string>& notes) {
+    const VoxelArray voxels = read_dicom_slices(request, *files, kept, notes);
+    return mix.empty() ? voxels : mixed(request.name, voxels, kept.size(), mix);
+  };
+  return opened;
 }
 
 // The first file that is at fault, where all are.
@@ -199,8 +212,8 @@ ReadResult read_series(const ReadRequest& request, const DicomSeries& series,
   throw WorkError(name, "holds no DICOM image", "name a folder of images");
 }
 
-ReadResult read_files(const ReadRequest& request, const std::vector<std::string>& paths,
-                      const std::string& named) {
+OpenedInput open_files(const ReadRequest& request, const std::vector<std::string>& paths,
+                       const std::string& named) {
   ReadResult result{
       .volume = nullptr, .name = request.name, .format = "DICOM", .files = {}, .notes = {}};
   std::vector<DicomFile> files = describe_dicom_files(paths, request.listener);
@@ -237,7 +250,7 @@ ReadResult read_files(const ReadRequest& request, const std::vector<std::string>
         "): number " + std::to_string(chosen + 1) +
         (request.grid.series ? " was read" : ", the largest, was read; --series takes another"));
   }
-  return read_series(request, series[chosen], named, std::move(result));
+  return open_series(request, series[chosen], named, std::move(result));
 }
 
 bool recognises(const ReadRequest&, std::string_view first_bytes) {
@@ -246,14 +259,14 @@ bool recognises(const ReadRequest&, std::string_view first_bytes) {
 
 // One file stands for its series, in the folder that it lies in; a file of many frames, and one
 // that does not say where it lies, for itself.
-ReadResult read(const ReadRequest& request) {
+OpenedInput open(const ReadRequest& request) {
   const std::vector<DicomFile> alone = describe_dicom_files({request.name}, {});
   require_sound(alone[0]);
-  if (alone[0].frame_count > 1) return read_files(request, {request.name}, request.name);
+  if (alone[0].frame_count > 1) return open_files(request, {request.name}, request.name);
   if (alone[0].frames[0].position.empty()) {
-    ReadResult result = read_files(request, {request.name}, request.name);
-    result.notes.push_back("it was read alone: name its folder to stack all of its series");
-    return result;
+    OpenedInput opened = open_files(request, {request.name}, request.name);
+    opened.result.notes.push_back("it was read alone: name its folder to stack all of its series");
+    return opened;
   }
   const fs::path path(request.name);
   const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
@@ -265,15 +278,15 @@ ReadResult read(const ReadRequest& request) {
     }
   }
   paths.push_back(request.name);
-  return read_files(request, paths, request.name);
+  return open_files(request, paths, request.name);
 }
 
 }  // namespace
 
-Format dicom_format() { return {recognises, read}; }
+Format dicom_format() { return {recognises, open}; }
 
-ReadResult read_dicom_folder(const ReadRequest& request, const std::vector<std::string>& files) {
-  return read_files(request, files, {});
+OpenedInput open_dicom_folder(const ReadRequest& request, const std::vector<std::string>& files) {
+  return open_files(request, files, {});
 }
 
 }  // namespace isolux

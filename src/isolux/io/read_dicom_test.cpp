@@ -7,6 +7,7 @@
 #include <fstream>
 #include <optional>
 
+#include "dicom_writer.h"
 #include "isolux/base/error.h"
 #include "isolux/io/reader.h"
 #include "shared_data.h"
@@ -55,8 +56,8 @@ TEST(ReadSharedDicom, a_ct_head_is_the_same_as_its_nrrd_upside_down) {
   EXPECT_EQ(volume.units, "");  // its RescaleType is US: unspecified
   const ReadResult nrrd = read(shared_data("headsq/quarter.nhdr"));
   ASSERT_EQ(nrrd.volume->dims, volume.dims);
-  const auto& up = std::get<std::vector<std::int16_t>>(volume.voxels);
-  const auto& down = std::get<std::vector<std::int16_t>>(nrrd.volume->voxels);
+  const auto& up = std::get<Voxels<std::int16_t>>(volume.voxels);
+  const auto& down = std::get<Voxels<std::int16_t>>(nrrd.volume->voxels);
   const std::size_t layer = 64 * 64;
   for (std::size_t k = 0; k < 93; ++k) {
     ASSERT_TRUE(std::equal(&up[k * layer], &up[k * layer] + layer, &down[(92 - k) * layer])) << k;
@@ -90,8 +91,8 @@ TEST_F(ReadDicom, a_missing_slice_is_filled_between_its_neighbours) {
   EXPECT_TRUE(says(result, "slices are missing: gaps of 3 mm"));
   ASSERT_EQ(result.volume->dims, whole.dims);
   EXPECT_EQ(result.volume->world_from_index, whole.world_from_index);
-  const auto& filled = std::get<std::vector<std::int16_t>>(result.volume->voxels);
-  const auto& voxels = std::get<std::vector<std::int16_t>>(whole.voxels);
+  const auto& filled = std::get<Voxels<std::int16_t>>(result.volume->voxels);
+  const auto& voxels = std::get<Voxels<std::int16_t>>(whole.voxels);
   const std::size_t layer = 64 * 64;
   int differing = 0;
   for (std::size_t k = 0; k < 93; ++k) {
@@ -139,7 +140,7 @@ TEST_F(ReadOneDicom, every_transfer_syntax_gives_the_same_voxels) {
   ISOLUX_NEEDS("dicom/single");
   const ReadResult plain = read_alone("MR_small.dcm");
   ASSERT_EQ(plain.volume->dims, (std::array<int, 3>{64, 64, 1}));
-  const auto& voxels = std::get<std::vector<std::int16_t>>(plain.volume->voxels);
+  const auto& voxels = std::get<Voxels<std::int16_t>>(plain.volume->voxels);
   EXPECT_EQ(voxels[0], 905);  // as od shows the bytes at 1500
   for (const char* name :
        {"MR_small_implicit.dcm", "MR_small_bigendian.dcm", "MR_small_RLE.dcm",
@@ -154,7 +155,7 @@ TEST_F(ReadOneDicom, ct_is_in_hounsfield_units_with_or_without_a_header) {
   ISOLUX_NEEDS("dicom/single");
   const ReadResult result = read_alone("CT_small.dcm");
   EXPECT_EQ(result.volume->units, "HU");
-  const auto& voxels = std::get<std::vector<std::int16_t>>(result.volume->voxels);
+  const auto& voxels = std::get<Voxels<std::int16_t>>(result.volume->voxels);
   EXPECT_EQ(voxels[0], 175 - 1024);  // stored 175, intercept -1024
   expect_near(spacing_mm(*result.volume), {0.661468, 0.661468, 5});
   EXPECT_TRUE(says(result, "-3024 pads"));  // stored -2000
@@ -171,7 +172,7 @@ TEST_F(ReadOneDicom, odd_images_open_with_a_word_on_what_is_odd) {
   const ReadResult segmentation = read_alone("liver_1frame.dcm");
   EXPECT_EQ(segmentation.volume->dims, (std::array<int, 3>{512, 512, 1}));
   expect_near(segmentation.volume->world_from_index.offset, {-235.2, -226.8, -128.69});
-  const auto& inside = std::get<std::vector<std::uint8_t>>(segmentation.volume->voxels);
+  const auto& inside = std::get<Voxels<std::uint8_t>>(segmentation.volume->voxels);
   EXPECT_GT(std::ranges::count(inside, 1), 0);
   EXPECT_EQ(std::ranges::count(inside, 0) + std::ranges::count(inside, 1), 512 * 512);
   EXPECT_TRUE(says(segmentation, "1 inside (1 Liver)"));
@@ -227,53 +228,6 @@ TEST_F(ReadDicom, files_cut_short_anywhere_are_refused) {
   }
 }
 
-// Writes data sets in explicit VR little-endian, with a preamble; elements in ascending order.
-class Writer {
- public:
-  Writer& text(int group, int element, const std::string& vr, std::string value) {
-    if (value.size() % 2 != 0) value += vr == "UI" ? '\0' : ' ';
-    return head(group, element, vr, value.size()).raw(value);
-  }
-  Writer& us(int element, int value) { return head(0x28, element, "US", 2).number(value, 2); }
-  Writer& sequence(int group, int element, const std::vector<Writer>& items) {
-    std::string bytes;
-    for (const Writer& item : items) {
-      Writer head;
-      head.number(0xfffe, 2).number(0xe000, 2).number(item.bytes_.size(), 4);
-      bytes += head.bytes_ + item.bytes_;
-    }
-    return head(group, element, "SQ", bytes.size()).raw(bytes);
-  }
-  Writer& pixels(const std::vector<std::uint16_t>& values) {
-    head(0x7fe0, 0x10, "OW", 2 * values.size());
-    for (const std::uint16_t value : values) number(value, 2);
-    return *this;
-  }
-  void write(const fs::path& path) const {
-    Writer meta;
-    meta.text(2, 0x10, "UI", "1.2.840.10008.1.2.1");
-    const std::string bytes = std::string(128, '\0') + "DICM" + meta.bytes_ + bytes_;
-    std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<long>(bytes.size()));
-  }
-
- private:
-  Writer& raw(const std::string& bytes) {
-    bytes_ += bytes;
-    return *this;
-  }
-  Writer& number(std::uint64_t value, int width) {
-    for (int n = 0; n < width; ++n) bytes_ += static_cast<char>(value >> (8 * n));
-    return *this;
-  }
-  Writer& head(int group, int element, const std::string& vr, std::size_t length) {
-    number(static_cast<unsigned>(group), 2).number(static_cast<unsigned>(element), 2).raw(vr);
-    if (vr == "OW" || vr == "SQ") return number(0, 2).number(length, 4);
-    return number(length, 2);
-  }
-
-  std::string bytes_;
-};
-
 // A slice of 2 x 3 voxels of a CT.
 struct TestSlice {
   std::string position = "0\\0\\0";
@@ -284,7 +238,7 @@ struct TestSlice {
   std::vector<std::uint16_t> values = {0, 1, 2, 3, 4, 5};
 
   void write(const fs::path& path) const {
-    Writer()
+    DicomWriter()
         .text(0x08, 0x60, "CS", "CT")
         .text(0x20, 0x0e, "UI", "1.2")
         .text(0x20, 0x32, "DS", position)
@@ -361,16 +315,16 @@ TEST_F(ReadDicom, slices_at_the_same_places_are_volumes_to_choose_from) {
 
 TEST_F(ReadDicom, frames_of_an_enhanced_file_are_placed_and_rescaled_each) {
   const auto frame = [](const std::string& z, const std::string& slope) {
-    return Writer()
-        .sequence(0x20, 0x9113, {Writer().text(0x20, 0x32, "DS", "1\\2\\" + z)})
+    return DicomWriter()
+        .sequence(0x20, 0x9113, {DicomWriter().text(0x20, 0x32, "DS", "1\\2\\" + z)})
         .sequence(0x28, 0x9145,
-                  {Writer().text(0x28, 0x1052, "DS", "10").text(0x28, 0x1053, "DS", slope)});
+                  {DicomWriter().text(0x28, 0x1052, "DS", "10").text(0x28, 0x1053, "DS", slope)});
   };
-  const Writer shared =
-      Writer()
-          .sequence(0x20, 0x9116, {Writer().text(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0")})
-          .sequence(0x28, 0x9110, {Writer().text(0x28, 0x30, "DS", "0.75\\0.5")});
-  Writer()
+  const DicomWriter shared =
+      DicomWriter()
+          .sequence(0x20, 0x9116, {DicomWriter().text(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0")})
+          .sequence(0x28, 0x9110, {DicomWriter().text(0x28, 0x30, "DS", "0.75\\0.5")});
+  DicomWriter()
       .text(0x08, 0x60, "CS", "MR")
       .text(0x28, 0x04, "CS", "MONOCHROME2")
       .text(0x28, 0x08, "IS", "3")

@@ -1,15 +1,17 @@
 #include <archive.h>
 #include <archive_entry.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <pugixml.hpp>
 
 #include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
 #include "isolux/io/format.h"
+#include "isolux/io/read_fenced.h"
 #include "isolux/io/stored_voxels.h"
 
 // An InVesalius project: a tar.gz of one folder with main.plist (an Apple property list in XML) and
@@ -54,14 +56,16 @@ class Archive {
   }
   double size() const { return static_cast<double>(archive_entry_size(entry_)); }
 
-  void read(char* to, std::size_t count, const ProgressListener& listener) {
-    constexpr std::size_t kPiece = 1 << 20;
-    Progress progress(listener, "reading", count);
+  /// Sends the whole of the entry.
+  void send_to(FenceOutput& output) {
+    std::vector<char> piece(1 << 18);
+    const auto count = static_cast<std::size_t>(size());
     for (std::size_t done = 0; done < count;) {
-      const auto got = archive_read_data(archive_, to + done, std::min(kPiece, count - done));
+      const auto got =
+          archive_read_data(archive_, piece.data(), std::min(piece.size(), count - done));
       if (got <= 0) throw damaged(path_, got < 0 ? message() : "it ends too early");
+      output.send(piece.data(), static_cast<std::size_t>(got));
       done += static_cast<std::size_t>(got);
-      progress.advance(static_cast<std::size_t>(got));
     }
   }
 
@@ -134,36 +138,45 @@ Project parse_project(const std::string& path, const std::string& entry_name,
   return project;
 }
 
-VoxelArray empty_voxels(const std::string& path, const std::string& dtype) {
-  if (dtype == "int16") return std::vector<std::int16_t>{};
-  if (dtype == "uint16") return std::vector<std::uint16_t>{};
-  if (dtype == "uint8") return std::vector<std::uint8_t>{};
-  if (dtype == "float32") return std::vector<float>{};
-  throw damaged(path, "voxel type '" + dtype + "' is not known");
-}
-
-VoxelArray read_matrix(const std::string& path, Archive& archive, const Project& project,
-                       const ProgressListener& listener) {
-  VoxelArray voxels = empty_voxels(path, project.dtype);
-  std::visit(
-      [&](auto& array) {
-        const double bytes = static_cast<double>(project.dims[0]) * project.dims[1] *
-                             project.dims[2] * static_cast<double>(sizeof(array[0]));
-        if (archive.size() != bytes) {
-          throw damaged(path, "its matrix holds " + to_text(archive.size()) + " bytes, not the " +
-                                  to_text(bytes) + " of its shape");
-        }
-        check_promise(path, bytes, static_cast<double>(std::filesystem::file_size(path)), "gzip");
-        array.resize(static_cast<std::size_t>(bytes) / sizeof(array[0]));
-        archive.read(reinterpret_cast<char*>(array.data()), static_cast<std::size_t>(bytes),
-                     listener);
-      },
-      voxels);
-  return voxels;
+StoredType stored_type(const std::string& path, const std::string& dtype) {
+  static const std::map<std::string, StoredType> types = {{"int16", StoredType::kI16},
+                                                          {"uint16", StoredType::kU16},
+                                                          {"uint8", StoredType::kU8},
+                                                          {"float32", StoredType::kF32}};
+  const auto found = types.find(dtype);
+  if (found == types.end()) throw damaged(path, "voxel type '" + dtype + "' is not known");
+  return found->second;
 }
 
 bool is_main_plist(const std::string& name) {
   return name == "main.plist" || name.ends_with("/main.plist");
+}
+
+void send_project(const std::string& path, FenceOutput& output) {
+  Archive archive(path);
+  while (archive.next()) {
+    if (!is_main_plist(archive.name())) continue;
+    if (archive.size() > kLargestPlist) throw damaged(path, "its main.plist is too large");
+    const std::string name = archive.name();
+    const auto lengths = std::array{name.size(), static_cast<std::size_t>(archive.size())};
+    output.send(lengths.data(), sizeof lengths);
+    output.send(name.data(), name.size());
+    archive.send_to(output);
+    return;
+  }
+  throw damaged(path, "it holds no main.plist");
+}
+
+Project find_project(const std::string& path) {
+  const ReadNext next =
+      read_fenced(path, 0, [&](FenceOutput& output) { send_project(path, output); });
+  std::array<std::size_t, 2> lengths{};
+  next(reinterpret_cast<char*>(lengths.data()), sizeof lengths);
+  if (std::max(lengths[0], lengths[1]) > kLargestPlist) throw damaged(path, "a name is too long");
+  std::string name(lengths[0], '\0'), plist(lengths[1], '\0');
+  next(name.data(), name.size());
+  next(plist.data(), plist.size());
+  return parse_project(path, name, plist);
 }
 
 // gzip, and the name ends in .inv3 or the archive holds a main.plist.
@@ -171,54 +184,79 @@ bool recognises(const ReadRequest& request, std::string_view first_bytes) {
   if (!first_bytes.starts_with("\x1f\x8b")) return false;
   if (request.name.ends_with(".inv3")) return true;
   try {
-    Archive archive(request.name);
-    while (archive.next()) {
-      if (is_main_plist(archive.name())) return true;
-    }
+    find_project(request.name);
+    return true;
   } catch (const WorkError&) {
+    return false;
   }
-  return false;
 }
 
-ReadResult read(const ReadRequest& request) {
-  const std::string& path = request.name;
-  std::optional<Project> project;
-  auto volume = std::make_shared<Volume>();
-  bool found = false;
-  // The matrix may stand before main.plist, which tells its name: then a second pass finds it.
-  for (int pass = 0; pass < 2 && !found; ++pass) {
-    Archive archive(path);
-    while (!found && archive.next()) {
-      if (!project && is_main_plist(archive.name())) {
-        if (archive.size() > kLargestPlist) throw damaged(path, "its main.plist is too large");
-        std::string plist(static_cast<std::size_t>(archive.size()), '\0');
-        archive.read(plist.data(), plist.size(), {});
-        project = parse_project(path, archive.name(), plist);
-      } else if (project && archive.name() == project->folder + project->matrix_name) {
-        volume->voxels = read_matrix(path, archive, *project, request.listener);
-        found = true;
+double voxel_count(const Project& project) {
+  return static_cast<double>(project.dims[0]) * project.dims[1] * project.dims[2];
+}
+
+void send_matrix(const std::string& path, const Project& project, double bytes,
+                 FenceOutput& output) {
+  Archive archive(path);
+  while (archive.next()) {
+    if (archive.name() != project.folder + project.matrix_name) continue;
+    if (archive.size() == bytes) return archive.send_to(output);
+    throw damaged(path, "its matrix holds " + to_text(archive.size()) + " bytes, not the " +
+                            to_text(bytes) + " of its shape");
+  }
+  throw damaged(path, "it holds no '" + project.matrix_name + "'");
+}
+
+VoxelArray read_matrix(const ReadRequest& request, const Project& project, StoredType type,
+                       std::vector<std::string>& notes) {
+  const double bytes = voxel_count(project) * static_cast<double>(bytes_of(type));
+  Progress progress(request.listener, "reading", static_cast<std::size_t>(bytes));
+  const auto from_the_first = [&]() -> ReadNext {
+    const ReadNext next = read_fenced(request.name, 0, [&](FenceOutput& output) {
+      send_matrix(request.name, project, bytes, output);
+    });
+    return [&progress, next](char* to, std::size_t count) {
+      constexpr std::size_t kPiece = 1 << 20;
+      for (std::size_t done = 0; done < count; done += kPiece) {
+        const std::size_t piece = std::min(kPiece, count - done);
+        next(to + done, piece);
+        progress.advance(piece);
       }
-    }
-    if (!project) throw damaged(path, "it holds no main.plist");
-  }
-  if (!found) throw damaged(path, "it holds no '" + project->matrix_name + "'");
-  volume->dims = project->dims;
+    };
+  };
+  return voxels_read(request.name, type, static_cast<std::size_t>(voxel_count(project)),
+                     std::endian::native == std::endian::big, {}, from_the_first, notes);
+}
+
+OpenedInput open(const ReadRequest& request) {
+  const Project project = find_project(request.name);
+  const StoredType type = stored_type(request.name, project.dtype);
+  check_promise(request.name, voxel_count(project) * static_cast<double>(bytes_of(type)),
+                static_cast<double>(std::filesystem::file_size(request.name)), "gzip");
+  OpenedInput opened;
+  opened.volume.dims = project.dims;
   // The matrix is stored axial whatever the scan was: i to the patient's left, j to anterior, k up.
-  volume->world_from_index.linear =
-      diagonal({project->spacing.x, -project->spacing.y, project->spacing.z});
-  volume->modality = project->modality;
-  if (project->modality == "CT") volume->units = "HU";
-  ReadResult result{volume, path, "InVesalius project", {path}, {}};
-  if (project->orientation != 1) {
-    result.notes.push_back(project->orientation == 2
-                               ? "the scan was coronal; its matrix is axial"
-                               : "the scan was sagittal; its matrix is axial");
+  opened.volume.world_from_index.linear =
+      diagonal({project.spacing.x, -project.spacing.y, project.spacing.z});
+  opened.volume.modality = project.modality;
+  if (project.modality == "CT") opened.volume.units = "HU";
+  opened.result.format = "InVesalius project";
+  opened.result.files = {request.name};
+  if (project.orientation != 1) {
+    opened.result.notes.push_back(project.orientation == 2
+                                      ? "the scan was coronal; its matrix is axial"
+                                      : "the scan was sagittal; its matrix is axial");
   }
-  return result;
+  opened.stored_type = name_of(type);
+  opened.bytes_per_voxel_most = bytes_per_voxel_most(type, {});
+  opened.read_voxels = [=](std::vector<std::string>& notes) {
+    return read_matrix(request, project, type, notes);
+  };
+  return opened;
 }
 
 }  // namespace
 
-Format inv3_format() { return {recognises, read}; }
+Format inv3_format() { return {recognises, open}; }
 
 }  // namespace isolux

@@ -2,7 +2,6 @@
 #include <bit>
 
 #include "isolux/base/error.h"
-#include "isolux/base/memory.h"
 #include "isolux/io/chosen_volume.h"
 #include "isolux/io/format.h"
 #include "isolux/io/metaimage_header.h"
@@ -58,8 +57,7 @@ std::vector<Stretch> stretches(const MetaImageHeader& header, std::uint64_t shar
 }
 
 // Called before anything is allocated.
-void check_promises(const std::string& path, const std::vector<Stretch>& list,
-                    std::uint64_t bytes) {
+void check_promises(const std::vector<Stretch>& list) {
   for (const Stretch& stretch : list) {
     const double size = stored_size(stretch.file);
     const double available =
@@ -67,42 +65,36 @@ void check_promises(const std::string& path, const std::vector<Stretch>& list,
     check_promise(stretch.file.path, static_cast<double>(stretch.bytes), available,
                   stretch.file.deflated ? "zlib" : "raw");
   }
-  check_memory(static_cast<double>(bytes), path);
-  check_large_stretches(list);
 }
 
-VoxelArray read_voxels(const ReadRequest& request, const MetaImageHeader& header,
-                       ReadResult& result) {
+OpenedInput open(const ReadRequest& request) {
+  OpenedInput opened;
+  ReadResult& result = opened.result;
+  result.format = "MetaImage";
+  result.files = {request.name};
+  const MetaImageHeader header = read_metaimage_header(request.name, result.notes);
+  result.volume_count = header.dims[3];
+  std::copy_n(header.dims.begin(), 3, opened.volume.dims.begin());
+  opened.volume.world_from_index = placement(request.name, header);
+  opened.volume.modality = header.modality;
+
   const auto dim = [&](std::size_t axis) { return static_cast<std::uint64_t>(header.dims[axis]); };
-  const std::uint64_t count = dim(0) * dim(1) * dim(2), bytes = count * bytes_of(header.type);
+  const std::uint64_t bytes = dim(0) * dim(1) * dim(2) * bytes_of(header.type);
   const std::uint64_t share = bytes * dim(3) / header.data_files.size();
   const std::uint64_t begin = chosen_volume(request, result) * bytes;
   const std::vector<Stretch> list = stretches(header, share, begin, begin + bytes);
-  check_promises(request.name, list, bytes);
-
-  constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
+  check_promises(list);
   for (const Stretch& stretch : list) {
     if (stretch.file.path != request.name) result.files.push_back(stretch.file.path);
   }
-  return voxels_filled(header.type, count, header.big_endian != kThisMachineIsBig, header.rescale,
-                       result.notes, [&](char* to) { read_stretches(list, to, request.listener); });
-}
-
-ReadResult read(const ReadRequest& request) {
-  ReadResult result{nullptr, request.name, "MetaImage", {request.name}, {}};
-  const MetaImageHeader header = read_metaimage_header(request.name, result.notes);
-  result.volume_count = header.dims[3];
-  auto volume = std::make_shared<Volume>();
-  std::copy_n(header.dims.begin(), 3, volume->dims.begin());
-  volume->world_from_index = placement(request.name, header);
-  volume->modality = header.modality;
-  volume->voxels = read_voxels(request, header, result);
-  result.volume = volume;
-  return result;
+  constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
+  plan_voxels(opened, request, header.type, header.big_endian != kThisMachineIsBig, header.rescale,
+              list);
+  return opened;
 }
 
 }  // namespace
 
-Format metaimage_format() { return {recognises, read}; }
+Format metaimage_format() { return {recognises, open}; }
 
 }  // namespace isolux

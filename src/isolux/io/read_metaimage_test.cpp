@@ -318,7 +318,7 @@ TEST(ReadSharedMetaImage, a_deflated_ct_lies_where_its_header_says) {
   EXPECT_EQ(result.volume->dims, (std::array<int, 3>{57, 78, 64}));
   EXPECT_EQ(result.volume->world_from_index,
             (Affine{diagonal({2.732, 2.732, 5}), {-152.461, -148.986, -1432}}));
-  const auto& voxels = std::get<std::vector<std::int16_t>>(result.volume->voxels);
+  const auto& voxels = std::get<Voxels<std::int16_t>>(result.volume->voxels);
   EXPECT_GE(*std::ranges::min_element(voxels), -2048);  // Hounsfield units
   EXPECT_LE(*std::ranges::max_element(voxels), 4096);
 }

@@ -158,7 +158,8 @@ Affine placement(const std::string& path, const NiftiHeader& header,
   return affine;
 }
 
-VoxelArray read_voxels(const ReadRequest& request, const StoredBytes& file,
+// Where the voxels of the chosen volume lie, all of them being there.
+Stretch chosen_stretch(const ReadRequest& request, const StoredBytes& file,
                        const NiftiHeader& header, ReadResult& result) {
   const std::size_t count =
       static_cast<std::size_t>(header.dims[0] * header.dims[1] * header.dims[2]);
@@ -174,14 +175,12 @@ VoxelArray read_voxels(const ReadRequest& request, const StoredBytes& file,
     result.notes.push_back("the file is cut short: its last volumes are missing");
   }
 
-  const std::vector<Stretch> stretch = {{file, skip, bytes}};
-  check_large_stretches(stretch);
-  return voxels_filled(header.type, count, header.swapped, header.rescale, result.notes,
-                       [&](char* to) { read_stretches(stretch, to, request.listener); });
+  return {file, skip, bytes};
 }
 
-ReadResult read(const ReadRequest& request) {
-  ReadResult result{nullptr, request.name, "", {}, {}};
+OpenedInput open(const ReadRequest& request) {
+  OpenedInput opened;
+  ReadResult& result = opened.result;
   const StoredBytes header_file = stored(header_path_of(request.name));
   const NiftiHeader header = parse_nifti_header(
       header_file.path, first_bytes(header_file, kLongestNiftiHeader), result.notes);
@@ -195,18 +194,17 @@ ReadResult read(const ReadRequest& request) {
   }
   result.volume_count = static_cast<int>(header.volume_count());
 
-  auto volume = std::make_shared<Volume>();
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    volume->dims[axis] = static_cast<int>(header.dims[axis]);
+    opened.volume.dims[axis] = static_cast<int>(header.dims[axis]);
   }
-  volume->world_from_index = placement(header_file.path, header, result.notes);
-  volume->voxels = read_voxels(request, file, header, result);
-  result.volume = volume;
-  return result;
+  opened.volume.world_from_index = placement(header_file.path, header, result.notes);
+  plan_voxels(opened, request, header.type, header.swapped, header.rescale,
+              {chosen_stretch(request, file, header, result)});
+  return opened;
 }
 
 }  // namespace
 
-Format nifti_format() { return {recognises, read}; }
+Format nifti_format() { return {recognises, open}; }
 
 }  // namespace isolux

@@ -1,46 +1,25 @@
-#include <NrrdIO.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <fstream>
-#include <memory>
-#include <optional>
+#include <limits>
+#include <map>
 
 #include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
 #include "isolux/io/chosen_volume.h"
 #include "isolux/io/format.h"
 #include "isolux/io/nrrd_header.h"
+#include "isolux/io/number_text_file.h"
 #include "isolux/io/placement_fault.h"
 #include "isolux/io/stored_bytes.h"
 #include "isolux/io/stored_voxels.h"
-
-// By ITK's NrrdIO, the reading part of teem. ITK's own class on top of it (itkNrrdImageIO) is left
-// aside, since it refuses headers that give a space but plain spacings (VTK's headsq).
 
 namespace isolux {
 namespace {
 
 bool recognises(const ReadRequest&, std::string_view first_bytes) {
   return first_bytes.starts_with("NRRD");
-}
-
-using NrrdPointer = std::unique_ptr<Nrrd, decltype(&nrrdNuke)>;
-
-// Reads the header alone, or the data as well.
-NrrdPointer load(const std::string& path, bool with_data) {
-  NrrdPointer nrrd(nrrdNew(), nrrdNuke);
-  const std::unique_ptr<NrrdIoState, decltype(&nrrdIoStateNix)> state(nrrdIoStateNew(),
-                                                                      nrrdIoStateNix);
-  nrrdIoStateSet(state.get(), nrrdIoStateSkipData, with_data ? 0 : 1);
-  if (nrrdLoad(nrrd.get(), path.c_str(), state.get()) == 0) return nrrd;
-  const std::unique_ptr<char, decltype(&std::free)> message(biffGetDone(NRRD), std::free);
-  // The first line of the message is the outermost; the last says what went wrong in the end.
-  std::string why = message ? message.get() : "unknown error";
-  while (why.ends_with('\n')) why.pop_back();
-  why.erase(0, why.rfind('\n') + 1);
-  throw WorkError(path, "cannot be read as NRRD: " + why, "is the file complete?");
 }
 
 // Where the data of one file begin, behind `lines` lines.
@@ -56,29 +35,34 @@ std::uint64_t behind_lines(const std::string& path, std::uint64_t offset, int li
   return static_cast<std::uint64_t>(file.tellg());
 }
 
+// Where the data of one file begin.
+StoredBytes data_of(const std::string& file, const NrrdHeader& header) {
+  const std::uint64_t begin = header.data_files.empty() ? header.header_bytes : 0;
+  return {file, behind_lines(file, begin, header.line_skip), header.encoding == "gzip",
+          header.encoding == "bzip2"};
+}
+
 // Where the data lie, raw, gzip or bzip2, in all files one behind the other.
 std::vector<Stretch> stretches(const std::string& path, const NrrdHeader& header,
-                               std::uint64_t bytes) {
-  const bool deflated = header.encoding == "gzip" || header.encoding == "gz";
-  const bool bzip2 = header.encoding == "bzip2" || header.encoding == "bz2";
-  const bool attached = header.data_files.empty();
-  const std::vector<std::string> files =
-      attached ? std::vector<std::string>{path} : header.data_files;
+                               const std::vector<std::string>& files, std::uint64_t bytes) {
   const std::uint64_t share = bytes / files.size();
   if (share * files.size() != bytes) {
     throw WorkError(path, "its data do not fill its data files evenly", "mend the header");
   }
   std::vector<Stretch> list;
   for (const std::string& file : files) {
-    const auto begin = attached ? static_cast<std::uint64_t>(header.header_bytes) : 0;
-    StoredBytes stored{file, behind_lines(file, begin, header.line_skip), deflated, bzip2};
-    std::uint64_t skip = header.byte_skip > 0 ? static_cast<std::uint64_t>(header.byte_skip) : 0;
+    StoredBytes stored = data_of(file, header);
+    auto skip = static_cast<std::uint64_t>(std::max<std::int64_t>(header.byte_skip, 0));
     if (header.byte_skip < 0) {  // the data stand at the end
-      if (deflated || bzip2) {
+      if (stored.deflated || stored.bzip2) {
         throw WorkError(file, "a byte skip of -1 does not go with compression", "mend the header");
       }
       stored.offset = 0;
-      skip = static_cast<std::uint64_t>(stored_size(stored)) - share;
+      const double size = stored_size(stored);
+      if (size < static_cast<double>(share)) {
+        throw WorkError(file, "is shorter than its share of the voxels", "is the file complete?");
+      }
+      skip = static_cast<std::uint64_t>(size) - share;
     }
     list.push_back({stored, skip, share});
   }
@@ -99,163 +83,187 @@ std::vector<Stretch> part_of(const std::vector<Stretch>& stretches, std::uint64_
   return part;
 }
 
-std::optional<StoredType> stored_type(int nrrd_type) {
-  switch (nrrd_type) {
-    case nrrdTypeChar:
-      return StoredType::kI8;
-    case nrrdTypeUChar:
-      return StoredType::kU8;
-    case nrrdTypeShort:
-      return StoredType::kI16;
-    case nrrdTypeUShort:
-      return StoredType::kU16;
-    case nrrdTypeInt:
-      return StoredType::kI32;
-    case nrrdTypeUInt:
-      return StoredType::kU32;
-    case nrrdTypeLLong:
-      return StoredType::kI64;
-    case nrrdTypeULLong:
-      return StoredType::kU64;
-    case nrrdTypeFloat:
-      return StoredType::kF32;
-    case nrrdTypeDouble:
-      return StoredType::kF64;
-    default:
-      return std::nullopt;
-  }
-}
-
 // The file's space into LPS, as a factor along each of its axes.
-Vec3 lps_factors(int space, ReadResult& result) {
-  switch (space) {
-    case nrrdSpaceRightAnteriorSuperior:
-    case nrrdSpaceRightAnteriorSuperiorTime:
-      result.notes.push_back("right-anterior-superior was carried over to LPS");
-      return {-1, -1, 1};
-    case nrrdSpaceLeftAnteriorSuperior:
-    case nrrdSpaceLeftAnteriorSuperiorTime:
-      result.notes.push_back("left-anterior-superior was carried over to LPS");
-      return {1, -1, 1};
-    case nrrdSpaceLeftPosteriorSuperior:
-    case nrrdSpaceLeftPosteriorSuperiorTime:
-    case nrrdSpaceScannerXYZ:
-    case nrrdSpaceScannerXYZTime:
-      return {1, 1, 1};
-    default:
-      result.notes.push_back(
-          "the file does not say how it lies in the patient: its axes are taken as LPS");
-      return {1, 1, 1};
+Vec3 lps_factors(const std::string& space, std::vector<std::string>& notes) {
+  if (space == "right-anterior-superior") {
+    notes.push_back("right-anterior-superior was carried over to LPS");
+    return {-1, -1, 1};
   }
+  if (space == "left-anterior-superior") {
+    notes.push_back("left-anterior-superior was carried over to LPS");
+    return {1, -1, 1};
+  }
+  if (space != "left-posterior-superior" && space != "scanner-xyz") {
+    notes.push_back("the file does not say how it lies in the patient: its axes are taken as LPS");
+  }
+  return {1, 1, 1};
 }
 
-Affine placement(const Nrrd& nrrd, ReadResult& result) {
-  const Vec3 factors = lps_factors(nrrd.space, result);
+// How many mm a length is that is 1 in this unit; says what it did with any but mm.
+double mm_per_unit(const std::string& unit, std::vector<std::string>& notes) {
+  static const std::map<std::string, double> units = {{"", 1},
+                                                      {"mm", 1},
+                                                      {"millimeter", 1},
+                                                      {"millimeters", 1},
+                                                      {"millimetre", 1},
+                                                      {"millimetres", 1},
+                                                      {"nm", 1e-6},
+                                                      {"nanometers", 1e-6},
+                                                      {"um", 1e-3},
+                                                      {"\u00b5m", 1e-3},
+                                                      {"\u03bcm", 1e-3},
+                                                      {"micron", 1e-3},
+                                                      {"microns", 1e-3},
+                                                      {"micrometer", 1e-3},
+                                                      {"micrometers", 1e-3},
+                                                      {"cm", 10},
+                                                      {"centimeter", 10},
+                                                      {"centimeters", 10},
+                                                      {"m", 1000},
+                                                      {"meter", 1000},
+                                                      {"meters", 1000},
+                                                      {"in", 25.4},
+                                                      {"inch", 25.4},
+                                                      {"inches", 25.4}};
+  const auto found = units.find(unit);
+  if (found == units.end()) {
+    notes.push_back("its lengths are in '" + unit + "' and taken as mm, number for number");
+    return 1;
+  }
+  if (found->second != 1) {
+    notes.push_back("its lengths in '" + unit + "' were turned into mm: 1 is " +
+                    to_text(found->second) + " mm");
+  }
+  return found->second;
+}
+
+// The units along the axes of the space; one note for each unit.
+Vec3 mm_per_space_unit(const NrrdHeader& header, std::vector<std::string>& notes) {
+  Vec3 factors{1, 1, 1};
+  std::map<std::string, double> known;
+  for (std::size_t n = 0; n < std::min<std::size_t>(header.space_units.size(), 3); ++n) {
+    const std::string& unit = header.space_units[n];
+    if (!known.contains(unit)) known[unit] = mm_per_unit(unit, notes);
+    factors[static_cast<int>(n)] = known[unit];
+  }
+  return factors;
+}
+
+Vec3 scaled(Vec3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+
+Affine placement(const NrrdHeader& header, ReadResult& result) {
+  const Vec3 factors =
+      scaled(lps_factors(header.space, result.notes), mm_per_space_unit(header, result.notes));
   Affine world_from_index;
-  const unsigned axes = std::min(nrrd.dim, 3u);
-  for (unsigned axis = 0; axis < axes; ++axis) {
-    Vec3& column = world_from_index.linear.column[axis];
-    const NrrdAxisInfo& info = nrrd.axis[axis];
-    if (std::isfinite(info.spaceDirection[0])) {
-      for (int row = 0; row < 3; ++row) {
-        column[row] = static_cast<unsigned>(row) < nrrd.spaceDim
-                          ? factors[row] * info.spaceDirection[row]
-                          : 0;
-      }
-    } else {
-      // NrrdIO makes a spacing that the header lacks NaN, as it does one that the header calls NaN.
-      if (info.spacing <= 0) {
-        throw WorkError(
-            result.name,
-            "has a spacing of " + to_text(info.spacing) + " along axis " + std::to_string(axis),
-            "mend its header, or turn the axis by a direction");
-      }
-      const bool is_given = std::isfinite(info.spacing);
-      if (!is_given) {
-        result.notes.push_back("axis " + std::to_string(axis) + " has no spacing: 1 mm");
-      }
-      column = factors[static_cast<int>(axis)] * (is_given ? info.spacing : 1) * column;
+  std::map<std::string, double> known;  // units of spacings
+  for (std::size_t n = 0; n < std::min<std::size_t>(header.axes.size(), 3); ++n) {
+    Vec3& column = world_from_index.linear.column[n];
+    const NrrdAxis& axis = header.axes[n];
+    if (axis.direction) {
+      column = scaled(factors, *axis.direction);
+      continue;
     }
-  }
-  const unsigned origin_axes = std::min(nrrd.spaceDim, 3u);
-  for (unsigned row = 0; row < origin_axes; ++row) {
-    const double at = nrrd.spaceOrigin[row];
-    if (std::isfinite(at)) {
-      world_from_index.offset[static_cast<int>(row)] = factors[static_cast<int>(row)] * at;
+    if (axis.spacing && *axis.spacing <= 0) {
+      throw WorkError(
+          result.name,
+          "has a spacing of " + to_text(*axis.spacing) + " along axis " + std::to_string(n),
+          "mend its header, or turn the axis by a direction");
     }
+    if (!axis.spacing)
+      result.notes.push_back("axis " + std::to_string(n) + " has no spacing: 1 mm");
+    if (!known.contains(axis.unit)) known[axis.unit] = mm_per_unit(axis.unit, result.notes);
+    column = factors[static_cast<int>(n)] * known[axis.unit] * axis.spacing.value_or(1) * column;
   }
+  world_from_index.offset = scaled(factors, header.origin);
   if (const std::string fault = placement_fault(world_from_index); !fault.empty()) {
     throw WorkError(result.name, "its placement " + fault, "mend its header");
   }
   return world_from_index;
 }
 
-// The value of one of the header's own "key:=value" lines, or an empty text.
-std::string key_value(const Nrrd& nrrd, const char* key) {
-  const std::unique_ptr<char, decltype(&std::free)> value(nrrdKeyValueGet(&nrrd, key), std::free);
-  return value ? value.get() : "";
-}
-
-ReadResult read(const ReadRequest& request) {
-  const NrrdHeader header = read_nrrd_header(request.name);
-  ReadResult result{nullptr, request.name, "NRRD", {request.name}, {}};
-  result.files.insert(result.files.end(), header.data_files.begin(), header.data_files.end());
-
-  // Text and hexadecimal numbers are NrrdIO's.
-  constexpr const char* kOurs[] = {"raw", "gzip", "gz", "bzip2", "bz2"};
-  const bool by_us = std::ranges::find(kOurs, header.encoding) != std::end(kOurs);
-  const NrrdPointer nrrd = load(request.name, !by_us);
-  std::size_t volumes = 1;
-  for (unsigned axis = 0; axis < nrrd->dim; ++axis) {
-    const bool is_values = axis == 0 && nrrd->axis[axis].kind != nrrdKindUnknown &&
-                           !nrrdKindIsDomain(nrrd->axis[axis].kind);
-    if (is_values) {
-      throw WorkError(request.name,
-                      "has " + std::to_string(nrrd->axis[axis].size) + " values a voxel",
+// Along the axes of the grid there are to be voxels, not the numbers of one voxel.
+void check_kinds(const std::string& path, const NrrdHeader& header) {
+  for (std::size_t n = 0; n < std::min<std::size_t>(header.axes.size(), 3); ++n) {
+    const auto& [size, spacing, direction, kind, unit] = header.axes[n];
+    const bool is_domain = kind.empty() || kind == "???" || kind == "none" || kind == "domain" ||
+                           kind == "space" || kind == "time" || size == 1;
+    if (!is_domain) {
+      throw WorkError(path, "has " + std::to_string(size) + " values a voxel",
                       "isolux draws surfaces of one value; extract a channel first");
     }
-    if (axis > 2) volumes *= nrrd->axis[axis].size;
   }
-  auto volume = std::make_shared<Volume>();
-  volume->dims = {1, 1, 1};
-  std::size_t count = 1;
-  for (unsigned axis = 0; axis < std::min(nrrd->dim, 3u); ++axis) {
-    if (nrrd->axis[axis].size > 1 << 30) {
-      throw WorkError(request.name, "is too long along an axis", "crop it first");
-    }
-    volume->dims[axis] = static_cast<int>(nrrd->axis[axis].size);
-    count *= nrrd->axis[axis].size;
+}
+
+std::string value_of(const NrrdHeader& header, const char* key) {
+  const auto found = header.key_values.find(key);
+  return found == header.key_values.end() ? std::string() : found->second;
+}
+
+// Text and hexadecimal digits are decoded as they are read; of several volumes, those before the
+// chosen one are read and forgotten.
+void plan_text(OpenedInput& opened, const ReadRequest& request, const NrrdHeader& header,
+               const std::vector<std::string>& files, std::uint64_t count, std::uint64_t before) {
+  std::vector<Stretch> texts;
+  for (const std::string& file : files) {
+    StoredBytes text = data_of(file, header);
+    text.offset += static_cast<std::uint64_t>(std::max<std::int64_t>(header.byte_skip, 0));
+    texts.push_back({text, 0, std::numeric_limits<std::uint64_t>::max()});
   }
-  volume->world_from_index = placement(*nrrd, result);
-  volume->modality = key_value(*nrrd, "modality");
-  volume->units = key_value(*nrrd, "units");
-  const std::string unit = nrrd->spaceUnits[0] ? nrrd->spaceUnits[0] : "";
-  if (!unit.empty() && unit != "mm" && unit != "millimeter" && unit != "millimeters") {
-    result.notes.push_back("its lengths are in '" + unit + "' and taken as mm, number for number");
+  constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
+  const bool is_hex = header.encoding == "hex";
+  const bool swapped = is_hex && header.big_endian != kThisMachineIsBig;
+  opened.stored_type = name_of(header.type);
+  opened.bytes_per_voxel_most = bytes_per_voxel_most(header.type, {});
+  opened.read_voxels = [=, type = header.type](std::vector<std::string>& notes) {
+    const auto from_the_first = [&]() -> ReadNext {
+      const ReadNext next = is_hex ? read_hex_text(texts) : read_number_text(texts, type);
+      std::vector<char> one(bytes_of(type));
+      for (std::uint64_t n = 0; n < before; ++n) next(one.data(), one.size());
+      return next;
+    };
+    return voxels_read(request.name, type, count, swapped, {}, from_the_first, notes);
+  };
+}
+
+OpenedInput open(const ReadRequest& request) {
+  const NrrdHeader header = read_nrrd_header(request.name);
+  OpenedInput opened;
+  ReadResult& result = opened.result;
+  result.name = request.name;
+  result.format = "NRRD";
+  result.files = {request.name};
+  result.files.insert(result.files.end(), header.data_files.begin(), header.data_files.end());
+  check_kinds(request.name, header);
+  opened.volume.dims = {1, 1, 1};
+  std::uint64_t count = 1, volumes = 1;
+  for (std::size_t n = 0; n < header.axes.size(); ++n) {
+    const std::uint64_t size = header.axes[n].size;
+    if (size > 1 << 30) throw WorkError(request.name, "is too long along an axis", "crop it first");
+    (n < 3 ? count : volumes) *= size;  // no overflow: data_bytes() lie in files
+    if (n < 3) opened.volume.dims[n] = static_cast<int>(size);
   }
-  result.volume_count = static_cast<int>(std::min<std::size_t>(volumes, 1 << 30));
+  opened.volume.world_from_index = placement(header, result);
+  opened.volume.modality = value_of(header, "modality");
+  opened.volume.units = value_of(header, "units");
+  result.volume_count = static_cast<int>(std::min<std::uint64_t>(volumes, 1 << 30));
   const std::uint64_t chosen = chosen_volume(request, result);
-  const auto type = stored_type(nrrd->type);
-  if (!type) throw WorkError(result.name, "its voxel type is not a number", "convert it first");
-  if (by_us) {
-    constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
-    const std::uint64_t bytes = count * bytes_of(*type);
-    const std::vector<Stretch> list =
-        part_of(stretches(request.name, header, bytes * volumes), chosen * bytes, bytes);
-    check_large_stretches(list);
-    volume->voxels =
-        voxels_filled(*type, count, header.big_endian != kThisMachineIsBig, {}, result.notes,
-                      [&](char* to) { read_stretches(list, to, request.listener); });
-  } else {
-    const char* data = static_cast<const char*>(nrrd->data) + chosen * count * bytes_of(*type);
-    volume->voxels = voxels_from(*type, data, count, {}, result.notes);
+
+  const std::vector<std::string> files =
+      header.data_files.empty() ? std::vector{request.name} : header.data_files;
+  if (header.encoding == "text" || header.encoding == "hex") {
+    plan_text(opened, request, header, files, count, chosen * count);
+    return opened;
   }
-  result.volume = volume;
-  return result;
+  constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
+  const std::uint64_t bytes = count * bytes_of(header.type);
+  plan_voxels(
+      opened, request, header.type, header.big_endian != kThisMachineIsBig, {},
+      part_of(stretches(request.name, header, files, bytes * volumes), chosen * bytes, bytes));
+  return opened;
 }
 
 }  // namespace
 
-Format nrrd_format() { return {recognises, read}; }
+Format nrrd_format() { return {recognises, open}; }
 
 }  // namespace isolux

@@ -1,9 +1,8 @@
+#include <bit>
 #include <filesystem>
-#include <fstream>
 #include <map>
 
 #include "isolux/base/error.h"
-#include "isolux/base/memory.h"
 #include "isolux/io/format.h"
 #include "isolux/io/stored_voxels.h"
 
@@ -11,20 +10,16 @@ namespace isolux {
 namespace {
 
 struct RawType {
-  VoxelArray empty;  // of the voxel type it is read into
   StoredType stored;
   bool big_endian;
 };
 
 const std::map<std::string, RawType>& raw_types() {
   static const std::map<std::string, RawType> types = {
-      {"u8", {std::vector<std::uint8_t>{}, StoredType::kU8, false}},
-      {"i16", {std::vector<std::int16_t>{}, StoredType::kI16, false}},
-      {"i16be", {std::vector<std::int16_t>{}, StoredType::kI16, true}},
-      {"u16", {std::vector<std::uint16_t>{}, StoredType::kU16, false}},
-      {"u16be", {std::vector<std::uint16_t>{}, StoredType::kU16, true}},
-      {"f32", {std::vector<float>{}, StoredType::kF32, false}},
-      {"f32be", {std::vector<float>{}, StoredType::kF32, true}},
+      {"u8", {StoredType::kU8, false}},    {"i16", {StoredType::kI16, false}},
+      {"i16be", {StoredType::kI16, true}}, {"u16", {StoredType::kU16, false}},
+      {"u16be", {StoredType::kU16, true}}, {"f32", {StoredType::kF32, false}},
+      {"f32be", {StoredType::kF32, true}},
   };
   return types;
 }
@@ -47,7 +42,7 @@ std::string raw_guess(std::uintmax_t bytes) {
   return {};
 }
 
-ReadResult read_raw(const ReadRequest& request) {
+OpenedInput open_raw(const ReadRequest& request) {
   if (!request.grid.dims || !request.grid.type) {
     throw UsageError(request.grid.dims ? "--dims" : "--type", "alone does not describe a raw file",
                      "give both --dims and --type");
@@ -66,27 +61,19 @@ ReadResult read_raw(const ReadRequest& request) {
                   error ? 0 : size, dims_text.c_str(), request.grid.type->c_str(), wanted);
     throw WorkError(request.name, why, "check --dims and --type");
   }
-  check_memory(wanted, request.name);
 
-  auto volume = std::make_shared<Volume>();
-  volume->dims = dims;
-  volume->voxels = type.empty;
-  volume->world_from_index.linear = diagonal(request.grid.spacing_mm.value_or(Vec3{1, 1, 1}));
-  std::visit(
-      [&](auto& voxels) {
-        voxels.resize(static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) *
-                      static_cast<std::size_t>(dims[2]));
-        char* bytes = reinterpret_cast<char*>(voxels.data());
-        std::ifstream file(request.name, std::ios::binary);
-        if (!file.read(bytes, static_cast<std::streamsize>(wanted))) {
-          throw WorkError(request.name, "cannot be read to its end", "check the disk");
-        }
-        if (type.big_endian) swap_bytes(type.stored, bytes, voxels.size());
-      },
-      volume->voxels);
-  ReadResult result{volume, request.name, "raw", {request.name}, {}};
-  if (!request.grid.spacing_mm) result.notes.push_back("no --spacing given: 1 mm along each axis");
-  return result;
+  OpenedInput opened;
+  opened.volume.dims = dims;
+  opened.volume.world_from_index.linear = diagonal(request.grid.spacing_mm.value_or(Vec3{1, 1, 1}));
+  opened.result.format = "raw";
+  opened.result.files = {request.name};
+  if (!request.grid.spacing_mm) {
+    opened.result.notes.push_back("no --spacing given: 1 mm along each axis");
+  }
+  constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
+  plan_voxels(opened, request, type.stored, type.big_endian != kThisMachineIsBig, {},
+              {{{request.name}, 0, static_cast<std::uint64_t>(wanted)}});
+  return opened;
 }
 
 }  // namespace isolux

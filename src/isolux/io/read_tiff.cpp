@@ -8,13 +8,15 @@
 #include <optional>
 
 #include "isolux/base/error.h"
+#include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
 #include "isolux/io/format.h"
 #include "isolux/io/natural_order.h"
+#include "isolux/io/read_fenced.h"
 #include "isolux/io/stored_voxels.h"
 
-// TIFF by libtiff: the pages of one file, or the files of one folder in natural order of their
-// names, are the slices along k.
+// TIFF by libtiff, inside a fence: the pages of one file, or the files of one folder in natural
+// order of their names, are the slices along k.
 
 namespace isolux {
 namespace {
@@ -59,7 +61,7 @@ std::optional<StoredType> stored_type(std::uint16_t bits, std::uint16_t format) 
   }
 }
 
-TiffPointer open(const std::string& path) {
+TiffPointer open_tiff(const std::string& path) {
   TIFFSetErrorHandler(nullptr);  // what goes wrong is told by exceptions
   TIFFSetWarningHandler(nullptr);
   TiffPointer tiff(TIFFOpen(path.c_str(), "rm"), TIFFClose);
@@ -147,11 +149,11 @@ void read_page(TIFF& tiff, const std::string& path, const PageLayout& layout, ch
   }
 }
 
-// Rec. 709 luma of interleaved 8-bit colours, in place at the front; drops alpha.
+// One value for each pixel: grey without its alpha, or Rec. 709 luma of 8-bit colours.
 void keep_one_value(const PageLayout& layout, std::vector<char>& bytes) {
   const std::size_t width = bytes_of(layout.type);
   const std::size_t pixels = bytes.size() / (width * layout.samples);
-  for (std::size_t n = 0; n < pixels; ++n) {
+  for (std::size_t n = 0; n < pixels && layout.samples > 1; ++n) {
     const char* at = bytes.data() + n * width * layout.samples;
     if (layout.samples == 2) {
       std::memmove(bytes.data() + n * width, at, width);
@@ -166,69 +168,97 @@ void keep_one_value(const PageLayout& layout, std::vector<char>& bytes) {
   bytes.resize(pixels * width);
 }
 
-// Reads the pages of all files into one stack of slices.
-ReadResult read_stack(const ReadRequest& request, const std::vector<std::string>& files) {
-  ReadResult result{nullptr, request.name, "TIFF", files, {}};
-  std::optional<PageLayout> layout;
-  double pages = 0, file_bytes = 0;
+// What all pages of a stack are like, and how many they are.
+struct Survey {
+  PageLayout layout;
+  double pages = 0;
+};
+
+Survey survey_of(const std::vector<std::string>& files) {
+  Survey survey;
   for (const std::string& file : files) {
-    const TiffPointer tiff = open(file);
-    file_bytes += static_cast<double>(fs::file_size(file));
+    const TiffPointer tiff = open_tiff(file);
     do {
       const PageLayout page = page_layout(*tiff, file);
-      if (layout && !(page == *layout)) {
+      if (survey.pages > 0 && !(page == survey.layout)) {
         throw WorkError(file, "has pages of different sizes or types", "make them alike first");
       }
-      layout = page;
-      ++pages;
-      if (pages > 1 << 20) throw damaged(file, "it has more than a million pages");
+      survey.layout = page;
+      ++survey.pages;
+      if (survey.pages > 1 << 20) throw damaged(file, "it has more than a million pages");
     } while (TIFFReadDirectory(tiff.get()));
   }
-  check_promise(request.name, layout->bytes() * pages, file_bytes, "deflate");
-  const auto all_bytes = static_cast<std::size_t>(layout->bytes() * pages);
-  const auto read_pages = [&](char* to) {
-    Progress progress(request.listener, "reading", static_cast<std::size_t>(pages));
-    const char* const end = to + all_bytes;
-    for (const std::string& file : files) {
-      const TiffPointer tiff = open(file);
-      do {
-        // The file may have changed on disk since its pages were counted.
-        if (to == end || !(page_layout(*tiff, file) == *layout)) {
-          throw damaged(file, "it changed while it was read");
-        }
-        read_page(*tiff, file, *layout, to);
-        to += static_cast<std::size_t>(layout->bytes());
-        progress.advance();
-      } while (TIFFReadDirectory(tiff.get()));
-    }
+  return survey;
+}
+
+// Sends the values of all pages, one behind the other; one page is kept at a time.
+void send_pages(const std::vector<std::string>& files, const PageLayout& layout,
+                FenceOutput& output) {
+  std::vector<char> page;
+  for (const std::string& file : files) {
+    const TiffPointer tiff = open_tiff(file);
+    do {
+      // The file may have changed on disk since its pages were counted.
+      if (!(page_layout(*tiff, file) == layout))
+        throw damaged(file, "it changed while it was read");
+      page.resize(static_cast<std::size_t>(layout.bytes()));
+      read_page(*tiff, file, layout, page.data());
+      keep_one_value(layout, page);
+      output.send(page.data(), page.size());
+    } while (TIFFReadDirectory(tiff.get()));
+  }
+}
+
+OpenedInput open_stack(const ReadRequest& request, const std::vector<std::string>& files) {
+  OpenedInput opened;
+  opened.result.format = "TIFF";
+  opened.result.files = files;
+  double file_bytes = 0;
+  for (const std::string& file : files) file_bytes += static_cast<double>(fs::file_size(file));
+  Survey survey;
+  read_fenced(request.name, 2 * file_bytes, [&](FenceOutput& output) {
+    const Survey found = survey_of(files);
+    output.send(&found, sizeof found);
+  })(reinterpret_cast<char*>(&survey), sizeof survey);
+  const PageLayout layout = survey.layout;
+  const double pages = survey.pages;
+  check_promise(request.name, layout.bytes() * pages, file_bytes, "deflate");
+  check_memory(layout.bytes(), request.name);
+  opened.volume.dims = {static_cast<int>(layout.width), static_cast<int>(layout.height),
+                        static_cast<int>(pages)};
+  opened.stored_type = name_of(layout.type);
+  opened.bytes_per_voxel_most = bytes_per_voxel_most(layout.type, {});
+  const auto count = static_cast<std::size_t>(pages) * layout.width * layout.height;
+  opened.read_voxels = [=](std::vector<std::string>& notes) {
+    Progress progress(request.listener, "reading", count * bytes_of(layout.type));
+    const auto from_the_first = [&]() -> ReadNext {
+      const ReadNext next =
+          read_fenced(request.name, 4 * layout.bytes() + 2 * file_bytes,
+                      [&](FenceOutput& output) { send_pages(files, layout, output); });
+      return [&progress, next](char* to, std::size_t bytes) {
+        next(to, bytes);
+        progress.advance(bytes);
+      };
+    };
+    return voxels_read(request.name, layout.type, count, false, {}, from_the_first, notes);
   };
-  auto volume = std::make_shared<Volume>();
-  volume->dims = {static_cast<int>(layout->width), static_cast<int>(layout->height),
-                  static_cast<int>(pages)};
-  const std::size_t count = all_bytes / (bytes_of(layout->type) * layout->samples);
-  if (layout->samples == 1) {
-    volume->voxels = voxels_filled(layout->type, count, false, {}, result.notes, read_pages);
-  } else {
-    std::vector<char> bytes(all_bytes);
-    read_pages(bytes.data());
-    keep_one_value(*layout, bytes);
-    volume->voxels = voxels_from(layout->type, bytes.data(), count, {}, result.notes);
-    result.notes.push_back(layout->samples == 2 ? "its alpha channel is left out"
-                                                : "its colours were made grey (Rec. 709 luma)");
+  std::vector<std::string>& notes = opened.result.notes;
+  if (layout.samples > 1) {
+    notes.push_back(layout.samples == 2 ? "its alpha channel is left out"
+                                        : "its colours were made grey (Rec. 709 luma)");
   }
-  if (layout->photometric == PHOTOMETRIC_PALETTE) {
-    result.notes.push_back("a picture with a palette: its values are the numbers of the colours");
+  if (layout.photometric == PHOTOMETRIC_PALETTE) {
+    notes.push_back("a picture with a palette: its values are the numbers of the colours");
   }
-  if (layout->photometric == PHOTOMETRIC_MINISWHITE) {
-    result.notes.push_back("its greatest value means black; values are kept as stored");
+  if (layout.photometric == PHOTOMETRIC_MINISWHITE) {
+    notes.push_back("its greatest value means black; values are kept as stored");
   }
   if (!request.grid.spacing_mm) {
-    result.notes.push_back(
+    notes.push_back(
         "TIFF does not tell distances in the patient: 1 mm along each axis, or "
         "give --spacing");
   }
-  result.volume = volume;
-  return result;
+  return opened;
 }
 
 bool recognises(const ReadRequest&, std::string_view first_bytes) {
@@ -239,17 +269,18 @@ bool recognises(const ReadRequest&, std::string_view first_bytes) {
   return false;
 }
 
-ReadResult read(const ReadRequest& request) { return read_stack(request, {request.name}); }
+OpenedInput open(const ReadRequest& request) { return open_stack(request, {request.name}); }
 
 }  // namespace
 
-Format tiff_format() { return {recognises, read}; }
+Format tiff_format() { return {recognises, open}; }
 
-ReadResult read_tiff_folder(const ReadRequest& request, std::vector<std::string> files) {
+OpenedInput open_tiff_folder(const ReadRequest& request, std::vector<std::string> files) {
   std::ranges::sort(files, comes_before);
-  ReadResult result = read_stack(request, files);
-  result.notes.push_back(std::to_string(files.size()) + " files, in natural order of their names");
-  return result;
+  OpenedInput opened = open_stack(request, files);
+  opened.result.notes.push_back(std::to_string(files.size()) +
+                                " files, in natural order of their names");
+  return opened;
 }
 
 }  // namespace isolux

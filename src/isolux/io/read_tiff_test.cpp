@@ -95,8 +95,8 @@ TEST_F(TiffReader, colours_become_their_luma_and_that_is_told) {
   const ReadResult result = read(stack<std::uint8_t>("a.tif", 1, "w", 3));
   EXPECT_EQ(voxel_type_name(*result.volume), "u8");
   // The first pixel is (0, 1, 2): 0.7152 + 2 * 0.0722 = 0.8596, which is 1.
-  EXPECT_EQ(std::get<std::vector<std::uint8_t>>(result.volume->voxels)[0], 1);
-  EXPECT_EQ(std::get<std::vector<std::uint8_t>>(result.volume->voxels).size(), 360u);
+  EXPECT_EQ(std::get<Voxels<std::uint8_t>>(result.volume->voxels)[0], 1);
+  EXPECT_EQ(std::get<Voxels<std::uint8_t>>(result.volume->voxels).size(), 360u);
   EXPECT_FALSE(result.notes.empty());
 }
 
@@ -108,7 +108,7 @@ TEST_F(TiffReader, a_folder_is_a_stack_in_natural_order) {
   }
   const ReadResult result = read(folder_.string());
   ASSERT_EQ(result.volume->dims, (std::array{20, 18, 4}));
-  const auto& voxels = std::get<std::vector<std::uint16_t>>(result.volume->voxels);
+  const auto& voxels = std::get<Voxels<std::uint16_t>>(result.volume->voxels);
   EXPECT_EQ((std::array{voxels[0], voxels[360], voxels[720], voxels[1080]}),
             (std::array<std::uint16_t, 4>{1, 2, 9, 10}));
 }

@@ -1,6 +1,8 @@
 #include "isolux/io/reader.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -21,11 +23,13 @@ std::string first_bytes_of(const std::string& path) {
   if (!fs::exists(path, error)) {
     throw WorkError(path, "there is no such file", "check the name, or see `isolux --help`");
   }
+  errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::string bytes(512, '\0');
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   if (file.bad() || (!file && file.gcount() == 0 && !file.eof())) {
-    throw WorkError(path, "cannot be read", "check its permissions");
+    throw WorkError(path, std::string("cannot be read: ") + std::strerror(errno),
+                    "check its permissions");
   }
   bytes.resize(static_cast<std::size_t>(file.gcount()));
   return bytes;
@@ -39,8 +43,8 @@ void replace_spacing(Volume& volume, Vec3 spacing) {
 
 std::vector<Format> formats() {
   // DICOM before TIFF: a DICOM file may begin with a TIFF header as well.
-  return {nrrd_format(), nifti_format(), metaimage_format(),
-          inv3_format(), dicom_format(), tiff_format()};
+  return {nrrd_format(),  nifti_format(), metaimage_format(), inv3_format(),
+          dicom_format(), tiff_format(),  vti_format()};
 }
 
 const Format* format_of(const std::vector<Format>& among, const ReadRequest& request) {
@@ -51,9 +55,9 @@ const Format* format_of(const std::vector<Format>& among, const ReadRequest& req
 }
 
 // A stack of files: a DICOM series, or TIFFs. Nothing where the folder holds neither.
-std::optional<ReadResult> read_stack(const ReadRequest& request) {
+std::optional<OpenedInput> open_stack(const ReadRequest& request) {
   const std::vector<std::string> slices = find_dicom_files(request.name);
-  if (!slices.empty()) return read_dicom_folder(request, slices);
+  if (!slices.empty()) return open_dicom_folder(request, slices);
   std::vector<std::string> tiffs;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(request.name, error)) {
@@ -64,23 +68,23 @@ std::optional<ReadResult> read_stack(const ReadRequest& request) {
     }
   }
   if (tiffs.empty()) return std::nullopt;
-  return read_tiff_folder(request, tiffs);
+  return open_tiff_folder(request, tiffs);
 }
 
 // A folder holds one volume as a stack of files.
-ReadResult read_folder(const ReadRequest& request) {
-  if (auto stack = read_stack(request)) return *stack;
+OpenedInput open_folder(const ReadRequest& request) {
+  if (auto stack = open_stack(request)) return *stack;
   throw WorkError(request.name, "is a folder without DICOM or TIFF files",
                   "give a file, or a folder of one stack");
 }
 
 // The one volume, or the one stack, in an unpacked zip.
-ReadResult read_unpacked(const ReadRequest& request, const UnpackedZip& zip) {
-  if (auto stack = read_stack({zip.folder().string(), request.grid, request.listener})) {
+OpenedInput open_unpacked(const ReadRequest& request, const UnpackedZip& zip) {
+  if (auto stack = open_stack({zip.folder().string(), request.grid, request.listener})) {
     return *stack;
   }
   const std::vector<Format> known = formats();
-  std::optional<ReadResult> found;
+  std::optional<OpenedInput> found;
   for (const fs::directory_entry& entry : fs::directory_iterator(zip.folder())) {
     const ReadRequest inside{entry.path().string(), request.grid, request.listener};
     const Format* format = format_of(known, inside);
@@ -88,39 +92,49 @@ ReadResult read_unpacked(const ReadRequest& request, const UnpackedZip& zip) {
     if (found) {
       throw WorkError(request.name, "holds several volumes", "unpack it and name the wanted one");
     }
-    found = format->read(inside);
+    found = format->open(inside);
   }
   if (found) return *found;
   throw WorkError(request.name, "is a zip archive without a volume that this version reads",
                   "`isolux --help` lists the formats");
 }
 
-ReadResult read_zip(const ReadRequest& request) {
-  const UnpackedZip zip(request.name);
-  ReadResult result;
+// Does `work`; what it says of files in the unpacked folder, it says of the zip: that folder is
+// gone when the message is read.
+template <typename Work>
+auto about_zip(const std::string& name, const UnpackedZip& zip, const Work& work) {
   try {
-    result = read_unpacked(request, zip);
+    return work();
   } catch (const WorkError& error) {
-    // It names a file in a folder that is gone when the message is read.
     std::string why = error.what();
     const std::string folder = zip.folder().string() + "/";
     for (std::size_t at = 0; (at = why.find(folder)) != std::string::npos;) {
       why.erase(at, folder.size());
     }
-    throw WorkError(request.name, "in it, " + why.substr(0, why.rfind("; ")), "unpack it and look");
+    throw WorkError(name, "in it, " + why.substr(0, why.rfind("; ")), "unpack it and look");
   }
-  result.files = {request.name};
-  result.notes.insert(result.notes.begin(),
-                      "unpacked " + std::to_string(zip.file_count()) + " files from the zip");
-  return result;
 }
 
-ReadResult read_known_format(const ReadRequest& request) {
-  if (std::error_code error; fs::is_directory(request.name, error)) return read_folder(request);
+OpenedInput open_zip(const ReadRequest& request) {
+  const auto zip = std::make_shared<const UnpackedZip>(request.name);
+  OpenedInput opened = about_zip(request.name, *zip, [&] { return open_unpacked(request, *zip); });
+  opened.read_voxels = [zip, name = request.name,
+                        read = opened.read_voxels](std::vector<std::string>& notes) {
+    return about_zip(name, *zip, [&] { return read(notes); });
+  };
+  opened.result.files = {request.name};
+  opened.result.notes.insert(
+      opened.result.notes.begin(),
+      "unpacked " + std::to_string(zip->file_count()) + " files from the zip");
+  return opened;
+}
+
+OpenedInput open_known_format(const ReadRequest& request) {
+  if (std::error_code error; fs::is_directory(request.name, error)) return open_folder(request);
   const std::vector<Format> known = formats();
-  if (const Format* format = format_of(known, request)) return format->read(request);
-  if (first_bytes_of(request.name).starts_with("PK\3\4")) return read_zip(request);
-  if (request.grid.dims || request.grid.type) return read_raw(request);
+  if (const Format* format = format_of(known, request)) return format->open(request);
+  if (first_bytes_of(request.name).starts_with("PK\3\4")) return open_zip(request);
+  if (request.grid.dims || request.grid.type) return open_raw(request);
   std::error_code error;
   const std::string guess = raw_guess(fs::file_size(request.name, error));
   throw WorkError(request.name, "is of no format that this version reads",
@@ -128,63 +142,87 @@ ReadResult read_known_format(const ReadRequest& request) {
                       (guess.empty() ? "; `isolux --help` lists the formats" : ": " + guess));
 }
 
-ReadResult read_file(const ReadRequest& request) {
-  ReadResult result = read_known_format(request);
-  if (!request.grid.spacing_mm || result.format == "raw") return result;
-  // Nobody else has the volume yet, so it can be placed anew where it is.
-  replace_spacing(*std::const_pointer_cast<Volume>(result.volume), *request.grid.spacing_mm);
-  if (const std::string fault = placement_fault(result.volume->world_from_index); !fault.empty()) {
+OpenedInput open_file(const ReadRequest& request) {
+  OpenedInput opened = open_known_format(request);
+  if (!request.grid.spacing_mm || opened.result.format == "raw") return opened;
+  replace_spacing(opened.volume, *request.grid.spacing_mm);
+  if (const std::string fault = placement_fault(opened.volume.world_from_index); !fault.empty()) {
     throw UsageError("--spacing", "with it, the placement " + fault, "give another spacing");
   }
-  result.notes.push_back("the file's own spacing was replaced by --spacing");
-  return result;
+  opened.result.notes.push_back("the file's own spacing was replaced by --spacing");
+  return opened;
 }
 
-ReadResult read_example_head(const ReadRequest& request) {
+OpenedInput open_example_head(const ReadRequest& request) {
   const std::string path = find_example_head();
-  ReadResult result;
-  if (path.empty()) {
-    result = make_phantom({.name = "phantom:head", .grid = request.grid});
-    result.notes.insert(result.notes.begin(),
-                        "the CT head of Debian's package invesalius-examples is not on this "
-                        "machine: the built-in head phantom takes its place");
-  } else {
-    result = read_file({path, request.grid, request.listener});
-    result.name = request.name;
-  }
+  if (!path.empty()) return open_file({path, request.grid, request.listener});
+  OpenedInput opened = open_phantom({.name = "phantom:head", .grid = request.grid});
+  opened.result.notes.push_back(
+      "the CT head of Debian's package invesalius-examples is not on this machine: the built-in "
+      "head phantom takes its place");
+  return opened;
+}
+
+ReadResult finished(const OpenedInput& opened) {
+  auto volume = std::make_shared<Volume>(opened.volume);
+  ReadResult result = opened.result;
+  volume->voxels = opened.read_voxels(result.notes);
+  result.volume = volume;
   return result;
 }
 
 }  // namespace
 
-ReadResult read_input(const ReadRequest& request) {
-  if (request.name == kExampleHead) return read_example_head(request);
-  if (request.name.starts_with("phantom:")) return make_phantom(request);
-  ReadResult result = read_file(request);
-  result.name = request.name;
-  return result;
+double OpenedInput::voxel_count() const {
+  return static_cast<double>(volume.dims[0]) * volume.dims[1] * volume.dims[2];
+}
+
+double OpenedInput::voxel_memory() const {
+  return is_mapped ? 0 : bytes_per_voxel_most * voxel_count();
+}
+
+OpenedInput open_input(const ReadRequest& request) {
+  const bool is_built_in = request.name.starts_with("phantom:");
+  const bool is_example = request.name == kExampleHead;
+  OpenedInput opened = is_example    ? open_example_head(request)
+                       : is_built_in ? open_phantom(request)
+                                     : open_file(request);
+  // A phantom that stands for the example keeps its own name.
+  if (opened.result.format != "built-in") opened.result.name = request.name;
+  return opened;
+}
+
+ReadResult read_input(const ReadRequest& request) { return finished(open_input(request)); }
+
+std::vector<OpenedInput> open_inputs(const SceneDescription& description,
+                                     const ProgressListener& listener) {
+  std::vector<std::string> names = description.inputs;
+  if (names.empty()) names.push_back(kExampleHead);
+  std::vector<OpenedInput> inputs;
+  for (const std::string& name : names) {
+    inputs.push_back(open_input({name, description.grid, listener}));
+  }
+  const GridDescription& grid = description.grid;
+  const auto refuse_unless = [&](bool given, const char* option, const char* why, auto has_use) {
+    if (!given || std::ranges::any_of(inputs, has_use)) return;
+    throw UsageError(option, why, "leave it out");
+  };
+  const auto is_raw = [](const OpenedInput& i) { return i.result.format == "raw"; };
+  refuse_unless(grid.dims.has_value(), "--dims", "every input has its own header", is_raw);
+  refuse_unless(grid.type.has_value(), "--type", "every input has its own header", is_raw);
+  refuse_unless(grid.volume.has_value(), "--volume", "no input has several volumes",
+                [](const OpenedInput& i) { return i.result.volume_count > 1; });
+  refuse_unless(grid.series.has_value(), "--series", "no input is a DICOM series",
+                [](const OpenedInput& i) { return i.result.format == "DICOM"; });
+  return inputs;
 }
 
 std::vector<ReadResult> read_inputs(const SceneDescription& description,
                                     const ProgressListener& listener) {
-  std::vector<std::string> names = description.inputs;
-  if (names.empty()) names.push_back(kExampleHead);
   std::vector<ReadResult> results;
-  for (const std::string& name : names) {
-    results.push_back(read_input({name, description.grid, listener}));
+  for (const OpenedInput& opened : open_inputs(description, listener)) {
+    results.push_back(finished(opened));
   }
-  const GridDescription& grid = description.grid;
-  const auto refuse_unless = [&](bool given, const char* option, const char* why, auto has_use) {
-    if (!given || std::ranges::any_of(results, has_use)) return;
-    throw UsageError(option, why, "leave it out");
-  };
-  const auto is_raw = [](const ReadResult& r) { return r.format == "raw"; };
-  refuse_unless(grid.dims.has_value(), "--dims", "every input has its own header", is_raw);
-  refuse_unless(grid.type.has_value(), "--type", "every input has its own header", is_raw);
-  refuse_unless(grid.volume.has_value(), "--volume", "no input has several volumes",
-                [](const ReadResult& r) { return r.volume_count > 1; });
-  refuse_unless(grid.series.has_value(), "--series", "no input is a DICOM series",
-                [](const ReadResult& r) { return r.format == "DICOM"; });
   return results;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -32,10 +33,34 @@ struct ReadResult {
   int series_count = 1;            ///< how many --series could choose from
 };
 
+/// An input whose header is read and checked, and whose voxels are not read yet.
+struct OpenedInput {
+  Volume volume;                    ///< placed and described, without voxels
+  ReadResult result;                ///< without the volume
+  std::string stored_type;          ///< of its numbers in the file: "i16", "f64", ...
+  double bytes_per_voxel_most = 0;  ///< once they are read
+  bool is_mapped = false;           ///< they will stay in the file
+  /// Reads them; decisions go to `notes`.
+  std::function<VoxelArray(std::vector<std::string>& notes)> read_voxels;
+
+  double voxel_count() const;
+  /// Memory that the voxels will hold at the most, in bytes.
+  double voxel_memory() const;
+};
+
+/// Reads an input's header.
+/// @throws as read_input.
+OpenedInput open_input(const ReadRequest& request);
+
 /// Reads an input; the format is found by content.
 /// @throws WorkError   unreadable, damaged, of a kind not read here, or too large for memory.
 /// @throws UsageError  an unknown phantom, or dims and type that contradict the file.
 ReadResult read_input(const ReadRequest& request);
+
+/// Opens all inputs of a scene in order; without any, kExampleHead.
+/// @throws as read_inputs.
+std::vector<OpenedInput> open_inputs(const SceneDescription& description,
+                                     const ProgressListener& listener);
 
 /// Reads all inputs of a scene in order; without any, kExampleHead.
 /// @throws as read_input; UsageError also where dims, type, volume or series are given but no input

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,7 @@ struct StoredBytes {
 /// Reads up to `count` bytes that stand behind the first `skip` (of the inflated ones, where
 /// deflated), and returns how many there were. Nothing larger than a buffer is allocated.
 /// @throws WorkError  where the file cannot be read, or its deflated bytes are damaged.
-std::size_t read_bytes(const StoredBytes& from, std::uint64_t skip, char* to, std::size_t count,
-                       const ProgressListener& listener = {});
+std::size_t read_bytes(const StoredBytes& from, std::uint64_t skip, char* to, std::size_t count);
 
 /// `bytes` of a file behind the first `skip` (of the inflated ones, where deflated): one piece of a
 /// volume's voxels.
@@ -36,10 +36,21 @@ struct Stretch {
 /// @throws WorkError  where a stretch is shorter than promised, or damaged.
 void check_large_stretches(const std::vector<Stretch>& stretches);
 
-/// Reads all stretches, one behind the other.
-/// @throws WorkError  where one is shorter than promised, damaged, or cannot be read.
-void read_stretches(const std::vector<Stretch>& stretches, char* to,
-                    const ProgressListener& listener);
+/// Reads stretches from their first byte on, one behind the other.
+class StretchReader {
+ public:
+  StretchReader(std::vector<Stretch> stretches, const ProgressListener& listener);
+  ~StretchReader();
+  StretchReader(StretchReader&&) noexcept;
+
+  /// The next `count` bytes.
+  /// @throws WorkError  where a stretch is shorter than promised, damaged, or cannot be read.
+  void read(char* to, std::size_t count);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// The first bytes, at most `count`; fewer where the file ends.
 std::string first_bytes(const StoredBytes& from, std::size_t count);

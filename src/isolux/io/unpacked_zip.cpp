@@ -3,12 +3,12 @@
 #include <archive.h>
 #include <archive_entry.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <vector>
 
 #include "isolux/base/error.h"
+#include "isolux/io/read_fenced.h"
 
 namespace isolux {
 namespace {
@@ -21,31 +21,25 @@ WorkError damaged(const std::string& path, archive* zip) {
           "is the file complete?"};
 }
 
+TemporaryPath new_folder(const std::string& path) {
+  std::error_code none;
+  TemporaryPath folder =
+      TemporaryPath::new_folder((fs::temp_directory_path(none) / "isolux-zip-XXXXXX").string());
+  if (!none && folder.error() == 0) return folder;
+  throw WorkError(path, "cannot be unpacked: there is no temporary folder",
+                  "set TMPDIR to a folder with room");
+}
+
 }  // namespace
 
-UnpackedZip::UnpackedZip(const std::string& path) {
-  std::error_code none;
-  std::string name = (fs::temp_directory_path(none) / "isolux-zip-XXXXXX").string();
-  if (none || !::mkdtemp(name.data())) {
-    throw WorkError(path, "cannot be unpacked: there is no temporary folder",
-                    "set TMPDIR to a folder with room");
-  }
-  folder_ = name;
-  try {
-    unpack(path);
-  } catch (...) {  // a constructor that throws has no destructor
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-    throw;
-  }
+UnpackedZip::UnpackedZip(const std::string& path) : folder_(new_folder(path)) {
+  const ReadNext next = read_fenced(path, 0, [&](FenceOutput& output) { unpack(path, output); });
+  // Signs of life, one for each piece, until there are no more; then the number of files.
+  for (bool goes_on = true; goes_on;) next(reinterpret_cast<char*>(&goes_on), sizeof goes_on);
+  next(reinterpret_cast<char*>(&file_count_), sizeof file_count_);
 }
 
-UnpackedZip::~UnpackedZip() {
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
-}
-
-void UnpackedZip::unpack(const std::string& path) {
+void UnpackedZip::unpack(const std::string& path, FenceOutput& output) {
   constexpr int kMostFiles = 100'000;
   constexpr double kSmall = 64e6, kUsualRatio = 200;  // scans seldom shrink to a tenth
   const std::unique_ptr<archive, decltype(&archive_read_free)> zip(archive_read_new(),
@@ -60,7 +54,7 @@ void UnpackedZip::unpack(const std::string& path) {
   archive_entry* entry = nullptr;
   while (true) {
     const int status = archive_read_next_header(zip.get(), &entry);
-    if (status == ARCHIVE_EOF) return;
+    if (status == ARCHIVE_EOF) break;
     if (status != ARCHIVE_OK && status != ARCHIVE_WARN) throw damaged(path, zip.get());
     if (archive_entry_filetype(entry) != AE_IFREG) continue;
     if (++file_count_ > kMostFiles) {
@@ -71,10 +65,10 @@ void UnpackedZip::unpack(const std::string& path) {
     const char* entry_name = archive_entry_pathname(entry);
     fs::path file_name = fs::path(entry_name ? entry_name : "").filename();
     if (file_name.empty() || file_name == "." || file_name == "..") file_name = "unnamed";
-    if (fs::exists(folder_ / file_name)) {
+    if (fs::exists(folder() / file_name)) {
       file_name = std::to_string(file_count_) + "-" + file_name.string();
     }
-    std::ofstream file(folder_ / file_name, std::ios::binary);
+    std::ofstream file(folder() / file_name, std::ios::binary);
     while (true) {
       const la_ssize_t got = archive_read_data(zip.get(), piece.data(), piece.size());
       if (got < 0) throw damaged(path, zip.get());
@@ -84,10 +78,15 @@ void UnpackedZip::unpack(const std::string& path) {
         throw WorkError(path, "unpacks to more than 200 times its size", "unpack it by hand");
       }
       file.write(piece.data(), got);
+      const bool goes_on = true;
+      output.send(&goes_on, sizeof goes_on);
     }
     file.close();
     if (!file) throw WorkError(path, "cannot be unpacked: no room", "set TMPDIR to another folder");
   }
+  const bool goes_on = false;
+  output.send(&goes_on, sizeof goes_on);
+  output.send(&file_count_, sizeof file_count_);
 }
 
 }  // namespace isolux

@@ -18,7 +18,7 @@ struct Outputs;
 }  // namespace relighting
 
 /// Lights every pixel, in lanes of floats, on all threads: the terms of `light_sample`, its plain
-/// oracle, within 1e-5 of the sum of the intensities.
+/// oracle, within 2e-6 (3 + sqrt(shininess)) of the sum of the intensities.
 Radiance light(const Scene& scene, const SurfaceBuffer& buffer);
 
 /// The total that `light` gives pixel (x, y), where the eye ray meets `sample` (a hit).

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "isolux/base/error.h"
 #include "isolux/scene/option_table.h"
@@ -67,6 +68,26 @@ void check_inputs(const json& inputs, const std::string& what) {
 }  // namespace
 
 json empty_document() { return {{"isolux_scene", kSceneFormVersion}}; }
+
+json parse_document(const std::string& text, const std::string& what) {
+  // A key that comes twice would silently take the place of the first.
+  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  const auto look = [&](int, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::object_start) keys.emplace_back();
+    if (event == json::parse_event_t::object_end) keys.pop_back();
+    if (event == json::parse_event_t::key &&
+        !keys.back().insert(parsed.get<std::string>()).second) {
+      throw UsageError(what, "has the key '" + parsed.get<std::string>() + "' twice in one object",
+                       "give it once");
+    }
+    return true;
+  };
+  json document = json::parse(text, look, /*allow_exceptions=*/false);
+  if (document.is_discarded()) {
+    throw UsageError(what, "is not valid JSON", "check its commas and braces");
+  }
+  return document;
+}
 
 void check_document(const json& document, const std::string& what) {
   if (!document.is_object() || !document.contains("isolux_scene")) {

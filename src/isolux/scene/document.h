@@ -14,6 +14,11 @@ inline constexpr int kSceneFormVersion = 1;
 /// An empty document of the current version.
 nlohmann::json empty_document();
 
+/// The document that a text holds.
+/// @throws UsageError  where it is not JSON, or an object in it has a key twice; `what` names the
+/// file.
+nlohmann::json parse_document(const std::string& text, const std::string& what);
+
 /// @throws UsageError  on a wrong version, unknown keys, wrong types, values out of range or
 /// refused; `what` names the file.
 void check_document(const nlohmann::json& document, const std::string& what);

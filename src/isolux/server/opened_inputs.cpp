@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "isolux/base/error.h"
-#include "isolux/base/memory.h"
 #include "isolux/io/input_report.h"
 #include "isolux/volume/statistics.h"
 
@@ -14,12 +13,11 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kHistogramBins = 128;
+constexpr int kMostDropped = 4;
 
 json report_of(const ReadResult& input, bool dropped) {
-  const ValueStatistics values = value_statistics(*input.volume, kHistogramBins);
-  json report = input_report(input, value_statistics(*input.volume),
-                             suggest_iso(*input.volume, value_statistics(*input.volume)));
+  const ValueStatistics values = value_statistics(*input.volume);
+  json report = input_report(input, values, suggest_iso(*input.volume, values));
   report["histogram"] = values.histogram;
   report["dropped"] = dropped;
   report.erase("files");
@@ -55,30 +53,11 @@ std::string OpenedInputs::add(ReadResult input, const json& how, bool dropped) {
   }
   added.checksums.input = added.read.name;
   added.report = report_of(added.read, dropped);
-  if (dropped) make_room(static_cast<double>(voxel_bytes(*added.read.volume)), own_name);
+  if (dropped && std::ranges::count(inputs_, true, &Input::dropped) == kMostDropped) {
+    inputs_.erase(std::ranges::find(inputs_, true, &Input::dropped));
+  }
   inputs_.push_back(std::move(added));
   return inputs_.back().read.name;
-}
-
-void OpenedInputs::make_room(double bytes, const std::string& name) {
-  const auto fits = [&] {
-    double all = bytes;
-    for (const Input& one : inputs_) all += static_cast<double>(voxel_bytes(*one.read.volume));
-    try {
-      check_memory(all, name);
-      return true;
-    } catch (const WorkError&) {
-      return false;
-    }
-  };
-  while (!fits()) {
-    const auto oldest = std::ranges::find(inputs_, true, &Input::dropped);
-    if (oldest == inputs_.end()) {
-      throw WorkError(name, "there is no memory for it beside what is open",
-                      "start `isolux view` with this file alone, or with a larger --max-memory");
-    }
-    inputs_.erase(oldest);
-  }
 }
 
 const OpenedInputs::Input& OpenedInputs::named(const std::string& name,

@@ -18,10 +18,9 @@ class OpenedInputs {
  public:
   /// @param how  the scene options by which the input was read ("dims", "spacing", ...), as a
   ///             document's keys.
-  /// @param dropped  a file that came over the network: its path is of no use to anyone, and of the
-  ///             many that may come, the oldest are forgotten when memory runs short.
+  /// @param dropped  a file that came over the network: its path is of no use to anyone, and only
+  ///             the last four that came stay open.
   /// @return the name under which it is open; another than its own where that was taken.
-  /// @throws WorkError  where there is no memory left for it.
   std::string add(ReadResult input, const nlohmann::json& how, bool dropped);
 
   /// One for each input that the document names.
@@ -45,7 +44,6 @@ class OpenedInputs {
   };
 
   const Input& named(const std::string& name, const nlohmann::json& document) const;
-  void make_room(double bytes, const std::string& name);
 
   mutable std::mutex mutex_;
   std::vector<Input> inputs_;

@@ -11,6 +11,12 @@ std::size_t voxel_bytes(const Volume& volume) {
                     volume.voxels);
 }
 
+std::size_t held_bytes(const Volume& volume) {
+  const bool is_mapped =
+      std::visit([](const auto& voxels) { return voxels.is_mapped(); }, volume.voxels);
+  return is_mapped ? 0 : voxel_bytes(volume);
+}
+
 std::string voxel_type_name(const Volume& volume) {
   constexpr const char* kNames[] = {"u8", "i16", "u16", "f32"};
   return kNames[volume.voxels.index()];

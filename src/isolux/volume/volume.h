@@ -4,15 +4,15 @@
 #include <cstdint>
 #include <string>
 #include <variant>
-#include <vector>
 
 #include "isolux/base/affine.h"
+#include "isolux/volume/voxels.h"
 
 namespace isolux {
 
 /// Voxel values in the type the file stores, i fastest, then j, then k.
-using VoxelArray = std::variant<std::vector<std::uint8_t>, std::vector<std::int16_t>,
-                                std::vector<std::uint16_t>, std::vector<float>>;
+using VoxelArray =
+    std::variant<Voxels<std::uint8_t>, Voxels<std::int16_t>, Voxels<std::uint16_t>, Voxels<float>>;
 
 /// A grid of voxel values placed in world space (millimetres, LPS where the file says so). Between
 /// voxel centres it is the trilinear interpolant; outside the outermost centres there is nothing.
@@ -43,7 +43,7 @@ struct VolumeView {
 template <typename Use>
 decltype(auto) visit_voxels(const Volume& volume, Use&& use) {
   return std::visit(
-      [&]<typename T>(const std::vector<T>& voxels) -> decltype(auto) {
+      [&]<typename T>(const Voxels<T>& voxels) -> decltype(auto) {
         return use(VolumeView<T>{voxels.data(), volume.dims});
       },
       volume.voxels);
@@ -53,8 +53,10 @@ decltype(auto) visit_voxels(const Volume& volume, Use&& use) {
 inline bool has_cells(const Volume& v) { return v.dims[0] > 1 && v.dims[1] > 1 && v.dims[2] > 1; }
 
 std::size_t voxel_count(const Volume& volume);
-/// Memory of the voxels, in bytes.
+/// Size of the voxels, in bytes.
 std::size_t voxel_bytes(const Volume& volume);
+/// Memory that the voxels hold, in bytes: none where they are mapped from their file.
+std::size_t held_bytes(const Volume& volume);
 /// "u8", "i16", "u16" or "f32".
 std::string voxel_type_name(const Volume& volume);
 /// Distance between neighbouring voxel centres along i, j, k in mm.
