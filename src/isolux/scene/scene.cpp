@@ -22,28 +22,6 @@ std::size_t input_index(std::optional<int> input, const Volumes& volumes, const 
   return index;
 }
 
-BoundingSphere bounding_sphere(const Volumes& volumes) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Vec3 low{kInfinity, kInfinity, kInfinity};
-  Vec3 high = -low;
-  for (const auto& volume : volumes) {
-    for (const Vec3& corner : box_corners(*volume)) {
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], corner[axis]);
-        high[axis] = std::max(high[axis], corner[axis]);
-      }
-    }
-  }
-  BoundingSphere sphere{0.5 * (low + high), 0};
-  for (const auto& volume : volumes) {
-    for (const Vec3& corner : box_corners(*volume)) {
-      sphere.radius_mm = std::max(sphere.radius_mm, length(corner - sphere.center));
-    }
-  }
-  if (sphere.radius_mm == 0) sphere.radius_mm = 1;  // a lone voxel
-  return sphere;
-}
-
 Light resolve_light(const LightDescription& light, const Volumes& volumes, const Camera& camera) {
   Affine to_world;
   if (light.in_index_space) {
@@ -85,6 +63,28 @@ std::vector<IsoSurfaceItem> resolve_surfaces(const SceneDescription& description
 }
 
 }  // namespace
+
+BoundingSphere bounding_sphere(const Volumes& volumes) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vec3 low{kInfinity, kInfinity, kInfinity};
+  Vec3 high = -low;
+  for (const auto& volume : volumes) {
+    for (const Vec3& corner : box_corners(*volume)) {
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], corner[axis]);
+        high[axis] = std::max(high[axis], corner[axis]);
+      }
+    }
+  }
+  BoundingSphere sphere{0.5 * (low + high), 0};
+  for (const auto& volume : volumes) {
+    for (const Vec3& corner : box_corners(*volume)) {
+      sphere.radius_mm = std::max(sphere.radius_mm, length(corner - sphere.center));
+    }
+  }
+  if (sphere.radius_mm == 0) sphere.radius_mm = 1;  // a lone voxel
+  return sphere;
+}
 
 Scene resolve(const SceneDescription& description, const Volumes& volumes) {
   Scene scene;

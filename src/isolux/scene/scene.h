@@ -32,6 +32,9 @@ struct Scene {
   Rgb background;
 };
 
+/// The sphere that named views fit.
+BoundingSphere bounding_sphere(const std::vector<std::shared_ptr<const Volume>>& volumes);
+
 /// Puts loaded volumes (one for each input, in order) and a description together: surfaces get
 /// their volumes, lights their place in world space, named views their distance.
 /// @throws UsageError  where an input=K names no input, or a volume suggests no iso value.
