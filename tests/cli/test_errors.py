@@ -52,7 +52,6 @@ class WrongCommands(Refusals):
 
     def test_unknown_commands(self):
         self.refused("rendr", status=USAGE, about="rendr")
-        self.refused("view", "phantom:sphere", status=USAGE, about="view")
         self.refused("--size", "8x8", status=USAGE, about="--size")
 
     def test_unknown_options_are_refused_with_the_nearest_name(self):

@@ -54,6 +54,7 @@ int run_explain(const Command&, const Arguments&);
 int run_info(const Command&, const Arguments&);
 int run_convert(const Command&, const Arguments&);
 int run_mesh(const Command&, const Arguments&);
+int run_view(const Command&, const Arguments&);
 int run_bench(const Command&, const Arguments&);
 int run_manual(const Command&, const Arguments&);
 

@@ -6,6 +6,7 @@
 #include "isolux/cli/command.h"
 #include "isolux/cli/explain_text.h"
 #include "isolux/cli/loaded_scene.h"
+#include "isolux/render/explanation_json.h"
 
 namespace isolux {
 namespace {

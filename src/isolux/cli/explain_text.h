@@ -1,6 +1,5 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "isolux/render/explanation.h"
@@ -12,8 +11,5 @@ namespace isolux {
 /// = result`, so that the numbers can be worked out again. Nine significant digits.
 std::string explain_text(const Scene& scene, const Explanation& explanation,
                          const std::string& surface_name);
-
-/// The same as the contract's JSON object.
-nlohmann::json explain_json(const Scene& scene, const Explanation& explanation);
 
 }  // namespace isolux

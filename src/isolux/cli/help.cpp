@@ -40,6 +40,8 @@ std::string value_name(const Option& option) {
   if (option.name == "pixel") return "X,Y";
   if (option.name == "max-memory") return "SIZE";
   if (option.name == "series") return "NUMBER|UID";
+  if (option.name == "peers-in" || option.name == "pictures") return "DIR";
+  if (option.name == "as-peer") return "NAME";
   if (option.name == "crop") return "I0:J0:K0,I1:J1:K1";
   return option.type == ValueType::kText ? "FILE" : value_pattern(option);
 }

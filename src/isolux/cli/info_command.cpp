@@ -10,15 +10,13 @@
 #include "isolux/cli/loaded_scene.h"
 #include "isolux/cli/mesh_info.h"
 #include "isolux/cli/terminal.h"
-#include "isolux/volume/brick_grid.h"
+#include "isolux/io/input_report.h"
 #include "isolux/volume/statistics.h"
 
 namespace isolux {
 namespace {
 
 using nlohmann::json;
-
-json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
 
 std::string text_of(Vec3 v) { return to_text9(v.x) + ", " + to_text9(v.y) + ", " + to_text9(v.z); }
 
@@ -31,46 +29,8 @@ struct Facts {
   double held_bytes;   // of memory; 0 where they are mapped from the file
 };
 
-// What drawing surfaces of it takes, beside the picture: the voxels and their min-max bricks.
 double memory_to_render(const Facts& facts) {
-  return facts.held_bytes + BrickGrid::bytes(facts.volume.dims);
-}
-
-json header_json(const Facts& facts) {
-  const Volume& volume = facts.volume;
-  json object = {{"kind", "volume"},
-                 {"input", facts.input.name},
-                 {"format", facts.input.format},
-                 {"dims", volume.dims},
-                 {"spacing", numbers(spacing_mm(volume))},
-                 {"origin", numbers(volume.world_from_index.offset)},
-                 {"memory_to_render", memory_to_render(facts)},
-                 {"files", facts.input.files},
-                 {"notes", facts.input.notes}};
-  const Mat3 unit = direction(volume);
-  object["direction"] = json::array();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) object["direction"].push_back(unit.at(row, column));
-  }
-  if (!volume.modality.empty()) object["modality"] = volume.modality;
-  if (!volume.units.empty()) object["units"] = volume.units;
-  return object;
-}
-
-json as_json(const Facts& facts, const ValueStatistics& values,
-             const std::vector<SuggestedIso>& suggested) {
-  json object = header_json(facts);
-  object["type"] = facts.type;
-  object["bytes"] = voxel_bytes(facts.volume);
-  object["min"] = values.min;
-  object["max"] = values.max;
-  object["not_finite"] = values.not_finite;
-  object["suggested_iso"] = object["suggested_iso_names"] = json::array();
-  for (const SuggestedIso& iso : suggested) {
-    object["suggested_iso"].push_back(iso.value);
-    object["suggested_iso_names"].push_back(iso.name);
-  }
-  return object;
+  return isolux::memory_to_render(facts.volume.dims, facts.held_bytes);
 }
 
 // The histogram as blocks on a logarithmic scale, from the least value to the greatest, with a mark
@@ -145,7 +105,7 @@ void tell_header(const OpenedInput& opened, bool in_json) {
   const Facts facts{opened.volume, opened.result, "stored as " + opened.stored_type,
                     opened.voxel_count() * opened.bytes_per_voxel_most, opened.voxel_memory()};
   if (in_json) {
-    json object = header_json(facts);
+    json object = header_report(opened.result, opened.volume, memory_to_render(facts));
     object["stored_type"] = opened.stored_type;
     print_json(object);
     return;
@@ -180,7 +140,7 @@ int run_info(const Command&, const Arguments& arguments) {
   const ValueStatistics values = value_statistics(volume);
   const std::vector<SuggestedIso> suggested = suggest_iso(volume, values);
   if (arguments.has("json")) {
-    print_json(as_json(facts, values, suggested));
+    print_json(input_report(input, values, suggested));
   } else {
     print_header(facts);
     print_values(facts, values, suggested);

@@ -4,18 +4,14 @@
 #include <set>
 
 #include "isolux/base/error.h"
-#include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
 #include "isolux/base/output_file.h"
 #include "isolux/cli/command.h"
 #include "isolux/cli/loaded_scene.h"
 #include "isolux/cli/terminal.h"
-#include "isolux/image/exr.h"
-#include "isolux/image/png.h"
 #include "isolux/io/provenance.h"
 #include "isolux/render/pictures.h"
 #include "isolux/render/ray_caster.h"
-#include "isolux/render/relight.h"
 #include "isolux/scene/document.h"
 #include "isolux/volume/statistics.h"
 
@@ -26,12 +22,6 @@ bool wants_exr(const std::string& path) {
   if (path.ends_with(".exr")) return true;
   if (path.ends_with(".png")) return false;
   throw UsageError(path, "is neither .png nor .exr", "name the output OUT.png or OUT.exr");
-}
-
-// Bytes a pixel of all buffers that live at the same time, rounded up.
-void check_picture_memory(const SceneDescription& scene, bool is_exr) {
-  const double bytes_per_pixel = is_exr ? 360 : 96;
-  check_memory(static_cast<double>(scene.width) * scene.height * bytes_per_pixel, "--size");
 }
 
 void warn_about_unseen(const LoadedScene& loaded, const SurfaceBuffer& buffer) {
@@ -89,11 +79,7 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
                     "give the original, or render without --again");
   }
   const Metadata metadata = provenance(ISOLUX_VERSION, with_defaults(loaded.document), found);
-  const bool is_srgb = scene.display.curve == Display::Curve::kSrgb;
-  write_whole_file(output,
-                   wants_exr(output)
-                       ? encode_exr(exr_layers(scene, buffer, light(scene, buffer)), metadata)
-                       : encode_png(LitPicture().relight(scene, buffer), metadata, is_srgb));
+  write_whole_file(output, encode_picture(scene, buffer, metadata, wants_exr(output)));
 }
 
 int render_again(const Arguments& arguments, const std::string& output) {

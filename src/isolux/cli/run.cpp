@@ -25,9 +25,6 @@ const Command& command_named(const std::string& name) {
   for (const Command& command : commands()) {
     if (command.name == name) return command;
   }
-  if (name == "view") {
-    throw UsageError("view", "the viewer is not in this version", "use `isolux render`");
-  }
   std::string names;
   for (const Command& command : commands()) names += (names.empty() ? "" : ", ") + command.name;
   throw UsageError(name, "is no command", "the commands are " + names);

@@ -1,10 +1,12 @@
 #include "isolux/image/jpeg.h"
 
+// jpeglib.h needs it first.
 #include <cstdio>
-// jpeglib.h needs cstdio before it.
+
 #include <jpeglib.h>
 
 #include <csetjmp>
+#include <cstdlib>
 
 #include "isolux/base/error.h"
 #include "isolux/base/memory.h"
@@ -12,23 +14,29 @@
 namespace isolux {
 namespace {
 
-// libjpeg reports an error by calling a function, which must not return: it leaves by longjmp.
-// Everything with a destructor is made before setjmp.
+// libjpeg reports an error by calling error_exit, which must not return: it leaves by longjmp.
+struct Errors {
+  jpeg_error_mgr manager;
+  std::jmp_buf leave;
+  char message[JMSG_LENGTH_MAX];
+};
+
+[[noreturn]] void keep_message(j_common_ptr jpeg) {
+  auto* errors = reinterpret_cast<Errors*>(jpeg->err);
+  (*jpeg->err->format_message)(jpeg, errors->message);
+  std::longjmp(errors->leave, 1);
+}
+
+// What libjpeg allocates to decode, given back however decode_jpeg is left. No object with a
+// destructor may be made between setjmp and longjmp, so everything is made before.
 struct Reading {
+  Errors errors;
   jpeg_decompress_struct jpeg{};
-  jpeg_error_mgr errors{};
-  std::jmp_buf back{};
-  char message[JMSG_LENGTH_MAX] = {};
 
   Reading() {
-    jpeg.err = jpeg_std_error(&errors);
-    jpeg.client_data = this;
-    errors.error_exit = [](j_common_ptr info) {
-      auto* self = static_cast<Reading*>(info->client_data);
-      info->err->format_message(info, self->message);
-      std::longjmp(self->back, 1);
-    };
-    errors.emit_message = [](j_common_ptr, int) {};
+    jpeg.err = jpeg_std_error(&errors.manager);
+    errors.manager.error_exit = keep_message;
+    errors.manager.emit_message = [](j_common_ptr, int) {};
   }
   ~Reading() { jpeg_destroy_decompress(&jpeg); }
   Reading(const Reading&) = delete;
@@ -37,15 +45,50 @@ struct Reading {
 
 }  // namespace
 
+std::string encode_jpeg(const Picture& picture, int quality) {
+  Errors errors;
+  jpeg_compress_struct jpeg;
+  jpeg.err = jpeg_std_error(&errors.manager);
+  errors.manager.error_exit = keep_message;
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  if (setjmp(errors.leave)) {
+    jpeg_destroy_compress(&jpeg);
+    std::free(bytes);
+    throw WorkError("JPEG", std::string("cannot encode: ") + errors.message,
+                    "try a smaller picture");
+  }
+  jpeg_create_compress(&jpeg);
+  jpeg_mem_dest(&jpeg, &bytes, &size);
+  jpeg.image_width = static_cast<JDIMENSION>(picture.width);
+  jpeg.image_height = static_cast<JDIMENSION>(picture.height);
+  jpeg.input_components = 3;
+  jpeg.in_color_space = JCS_RGB;
+  jpeg_set_defaults(&jpeg);
+  jpeg_set_quality(&jpeg, quality, TRUE);
+  jpeg.dct_method = JDCT_IFAST;
+  jpeg_start_compress(&jpeg, TRUE);
+  const std::size_t stride = static_cast<std::size_t>(picture.width) * 3;
+  while (jpeg.next_scanline < jpeg.image_height) {
+    JSAMPROW row = const_cast<JSAMPROW>(picture.rgb.data() + jpeg.next_scanline * stride);
+    jpeg_write_scanlines(&jpeg, &row, 1);
+  }
+  jpeg_finish_compress(&jpeg);
+  jpeg_destroy_compress(&jpeg);
+  std::string file(reinterpret_cast<const char*>(bytes), size);
+  std::free(bytes);
+  return file;
+}
+
 Picture decode_jpeg(std::string_view bytes, const std::string& name) {
   Picture picture;
   Reading reading;
-  if (setjmp(reading.back)) {
-    throw WorkError(name, std::string("damaged JPEG: ") + reading.message, "is the file complete?");
+  if (setjmp(reading.errors.leave)) {
+    throw WorkError(name, std::string("damaged JPEG: ") + reading.errors.message,
+                    "is the file complete?");
   }
   jpeg_decompress_struct& jpeg = reading.jpeg;
   jpeg_create_decompress(&jpeg);
-  jpeg.client_data = &reading;  // which creating has cleared
   jpeg_mem_src(&jpeg, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   jpeg_read_header(&jpeg, TRUE);
   jpeg.out_color_space = JCS_RGB;

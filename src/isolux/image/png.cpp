@@ -51,7 +51,8 @@ struct Writing {
 
 }  // namespace
 
-std::string encode_png(const Picture& picture, const Metadata& metadata, bool is_srgb) {
+std::string encode_png(const Picture& picture, const Metadata& metadata, bool is_srgb,
+                       PngEffort effort) {
   std::string bytes;
   std::vector<png_text> texts;
   for (const auto& [key, value] : metadata) {
@@ -73,6 +74,10 @@ std::string encode_png(const Picture& picture, const Metadata& metadata, bool is
                static_cast<png_uint_32>(picture.height), 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   if (is_srgb) png_set_sRGB(writing.png, writing.info, PNG_sRGB_INTENT_PERCEPTUAL);
+  if (effort == PngEffort::kFast) {
+    png_set_compression_level(writing.png, 1);
+    png_set_filter(writing.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
+  }
   png_set_text(writing.png, writing.info, texts.data(), static_cast<int>(texts.size()));
   png_write_info(writing.png, writing.info);
   for (int y = 0; y < picture.height; ++y) {

@@ -2,6 +2,11 @@
 
 #include <string>
 
+#include "isolux/base/memory.h"
+#include "isolux/image/exr.h"
+#include "isolux/image/png.h"
+#include "isolux/render/relight.h"
+
 namespace isolux {
 
 Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radiance& radiance) {
@@ -50,6 +55,19 @@ Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radianc
   add_sample("depth.Z", [](const SurfaceSample& sample) { return sample.depth_mm; });
   add_sample("surface.id", [](const SurfaceSample& sample) { return sample.surface; });
   return layers;
+}
+
+std::string encode_picture(const Scene& scene, const SurfaceBuffer& buffer,
+                           const Metadata& metadata, bool is_exr) {
+  if (is_exr) return encode_exr(exr_layers(scene, buffer, light(scene, buffer)), metadata);
+  const bool is_srgb = scene.display.curve == Display::Curve::kSrgb;
+  return encode_png(LitPicture().relight(scene, buffer), metadata, is_srgb);
+}
+
+void check_picture_memory(const SceneDescription& scene, bool is_exr) {
+  // Bytes a pixel of all buffers that live at the same time, rounded up.
+  const double bytes_per_pixel = is_exr ? 360 : 96;
+  check_memory(static_cast<double>(scene.width) * scene.height * bytes_per_pixel, "--size");
 }
 
 }  // namespace isolux

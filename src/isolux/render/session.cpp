@@ -35,6 +35,7 @@ void Session::trace(const Scene& scene, const ProgressListener& listener) {
   if (!buffer_ || buffer_->width() != width || buffer_->height() != height) {
     buffer_.emplace(width, height);
   }
+  traced_.reset();  // the listener may throw, and leave the buffer half written
   caster_->cast(*scene.camera, *buffer_, listener);
   traced_ = scene;
   lit_.reset();

@@ -50,6 +50,9 @@ class Camera {
   double pixel_size() const { return 2 * half_height_ / height_; }
   int width() const { return width_; }
   int height() const { return height_; }
+  bool orthographic() const { return orthographic_; }
+  /// Half the picture's height: in mm, or for a perspective camera at 1 mm from the eye.
+  double half_height() const { return half_height_; }
 
   /// Camera space (x right, y up, z towards the viewer, origin at the eye) into world space.
   Affine world_from_camera() const { return {{{right_, up_, back_}}, eye_}; }
@@ -61,7 +64,6 @@ class Camera {
   int height_;
   bool orthographic_;
   Vec3 eye_, right_, up_, back_;
-  /// Half the picture's height: in mm, or for a perspective camera at 1 mm from the eye.
   double half_height_;
 };
 

@@ -32,6 +32,23 @@ void fill_defaults(const std::vector<Option>& options, json& values) {
   }
 }
 
+void drop_defaults(const std::vector<Option>& options, json& values) {
+  for (const Option& option : options) {
+    if (!values.contains(option.name)) continue;
+    json& given = values[option.name];
+    if (option.type == ValueType::kRecord) {
+      if (option.repeatable) {
+        for (json& item : given) drop_defaults(option.fields, item);
+      } else {
+        drop_defaults(option.fields, given);
+      }
+    } else if (!option.default_text.empty() &&
+               given == value_from_text(option, option.default_text, option.name)) {
+      values.erase(option.name);
+    }
+  }
+}
+
 std::string shell_quoted(const std::string& text) {
   const auto is_plain = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) ||
@@ -111,6 +128,12 @@ json with_defaults(const json& document) {
   json complete = document;
   fill_defaults(scene_options(), complete);
   return complete;
+}
+
+json without_defaults(const json& document) {
+  json brief = document;
+  drop_defaults(scene_options(), brief);
+  return brief;
 }
 
 std::string command_of(const json& document) {

@@ -26,6 +26,9 @@ void check_document(const nlohmann::json& document, const std::string& what);
 /// The document with every default of the option table written out.
 nlohmann::json with_defaults(const nlohmann::json& document);
 
+/// The opposite: without what the option table's defaults say anyway.
+nlohmann::json without_defaults(const nlohmann::json& document);
+
 /// The `isolux render` command that says the same, without output and ready for a POSIX shell.
 std::string command_of(const nlohmann::json& document);
 

@@ -43,28 +43,6 @@ std::array<Vec3, 8> corners_of(const SceneInput& input) {
   return corners;
 }
 
-BoundingSphere bounding_sphere(const Inputs& inputs) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Vec3 low{kInfinity, kInfinity, kInfinity};
-  Vec3 high = -low;
-  for (const SceneInput& input : inputs) {
-    for (const Vec3& corner : corners_of(input)) {
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], corner[axis]);
-        high[axis] = std::max(high[axis], corner[axis]);
-      }
-    }
-  }
-  BoundingSphere sphere{0.5 * (low + high), 0};
-  for (const SceneInput& input : inputs) {
-    for (const Vec3& corner : corners_of(input)) {
-      sphere.radius_mm = std::max(sphere.radius_mm, length(corner - sphere.center));
-    }
-  }
-  if (sphere.radius_mm == 0) sphere.radius_mm = 1;  // a lone voxel
-  return sphere;
-}
-
 Light resolve_light(const LightDescription& light, const Inputs& inputs, const Camera& camera) {
   Affine to_world;
   if (light.in_index_space) {
@@ -152,6 +130,28 @@ std::vector<SurfaceItem> resolve_surfaces(const SceneDescription& description,
 
 Material material_at(const SurfaceItem& item, const MeshPoint& point) {
   return item.is_painted ? item.change.applied(material_at(*item.mesh, point)) : item.material;
+}
+
+BoundingSphere bounding_sphere(const Inputs& inputs) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vec3 low{kInfinity, kInfinity, kInfinity};
+  Vec3 high = -low;
+  for (const SceneInput& input : inputs) {
+    for (const Vec3& corner : corners_of(input)) {
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], corner[axis]);
+        high[axis] = std::max(high[axis], corner[axis]);
+      }
+    }
+  }
+  BoundingSphere sphere{0.5 * (low + high), 0};
+  for (const SceneInput& input : inputs) {
+    for (const Vec3& corner : corners_of(input)) {
+      sphere.radius_mm = std::max(sphere.radius_mm, length(corner - sphere.center));
+    }
+  }
+  if (sphere.radius_mm == 0) sphere.radius_mm = 1;  // a lone voxel
+  return sphere;
 }
 
 Scene resolve(const SceneDescription& description, const Inputs& inputs) {

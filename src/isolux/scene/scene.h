@@ -17,6 +17,8 @@ namespace isolux {
 struct SceneInput {
   std::shared_ptr<const Volume> volume;
   std::shared_ptr<const Mesh> mesh = nullptr;
+
+  bool operator==(const SceneInput&) const = default;
 };
 
 /// An isosurface of a loaded volume, or a mesh. Its number is its place in Scene::surfaces.
@@ -46,6 +48,9 @@ struct Scene {
   Display display;
   Rgb background;
 };
+
+/// The sphere that named views fit.
+BoundingSphere bounding_sphere(const std::vector<SceneInput>& inputs);
 
 /// Puts what was loaded (one for each input, in order) and a description together: surfaces get
 /// their volumes and meshes, lights their place in world space, named views their distance.

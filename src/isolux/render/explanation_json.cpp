@@ -1,6 +1,6 @@
-#include <nlohmann/json.hpp>
+#include "isolux/render/explanation_json.h"
 
-#include "isolux/cli/explain_text.h"
+#include <nlohmann/json.hpp>
 
 namespace isolux {
 namespace {

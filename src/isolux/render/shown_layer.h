@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "isolux/image/picture.h"
+#include "isolux/render/session.h"
+
+namespace isolux {
+
+/// What a viewer can show in place of the picture.
+enum class ShownLayer {
+  kPicture,
+  kAmbient,
+  kDiffuse,
+  kSpecular,
+  kCosTheta,
+  kCosPhi,
+  kNormal,
+  kDepth
+};
+
+/// "picture", "ambient", "diffuse", "specular", "cos-theta", "cos-phi", "normal", "depth".
+std::optional<ShownLayer> shown_layer_named(std::string_view name);
+
+/// How to read false colours: evenly spaced colours from the value `low` to the value `high`.
+struct Legend {
+  double low = 0;
+  double high = 0;
+  std::string unit;
+  std::vector<std::array<std::uint8_t, 3>> colors;
+};
+
+struct ShownPicture {
+  Picture picture;
+  std::optional<Legend> legend;  ///< of cosines and depth
+};
+
+/// Terms pass the scene's display; normals are shown as (n + 1) / 2, cosines (of lamp number
+/// `light` in the scene, not clamped) and depth in false colours. Where nothing is met: the
+/// displayed background.
+ShownPicture show_layer(ShownLayer layer, const Scene& scene, std::size_t light, Session& session);
+
+}  // namespace isolux

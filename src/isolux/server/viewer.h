@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "isolux/server/client.h"
+#include "isolux/server/opened_inputs.h"
+#include "isolux/server/work_queue.h"
+
+namespace isolux {
+
+/// What `isolux view` serves, apart from how bytes travel: opened inputs, a client for each page,
+/// and the threads that draw for them in turn.
+class Viewer {
+ public:
+  /// @param document  the scene that a page starts with; its inputs are those of `inputs`.
+  Viewer(std::string version, const nlohmann::json& document, std::vector<ReadResult> inputs);
+
+  /// A page has come; it is told what is open and what to start with.
+  std::shared_ptr<Client> connect(const std::shared_ptr<Outlet>& outlet);
+
+  /// The bytes of a PNG or EXR file, the same as `isolux render` writes. Takes its time.
+  /// @param request  { "scene", "format": "png" | "exr" }, not yet checked.
+  std::string saved_picture(const nlohmann::json& request) const;
+
+  /// Reads a file that a page has sent, and opens it under `name`. Takes its time.
+  /// @return JSON: a scene to begin with, its bounds, and all that is open.
+  std::string open_dropped(const std::string& path, const std::string& name);
+
+  /// Ends all work, so that no outlet is called any more.
+  void finish();
+
+  /// For work that takes its time, one piece after another.
+  WorkQueue& long_work() { return long_work_; }
+
+ private:
+  std::string version_;
+  nlohmann::json document_, bounds_;
+  OpenedInputs inputs_;
+  WorkQueue drawing_;
+  WorkQueue long_work_;
+};
+
+}  // namespace isolux

@@ -1,0 +1,113 @@
+// Opening, loading, going away and coming back.
+import assert from 'node:assert/strict';
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import {
+  begin, closeBrowser, downloaded, isolux, openBrowser, openPage, patience, pixels, settled, shared,
+  startViewer, withPage,
+} from './viewer.mjs';
+
+let viewer;
+let folder;
+before(async () => {
+  folder = mkdtempSync(join(tmpdir(), 'isolux-web-files-'));
+  viewer = await startViewer('phantom:head,size=48');
+  await openBrowser();
+});
+after(async () => {
+  await closeBrowser();
+  await viewer.remove();
+  rmSync(folder, { recursive: true, force: true });
+});
+const check = (name, work, options) =>
+  test(name, { timeout: 4 * patience, ...options }, () => withPage(viewer, name, work));
+
+const open = (page, file) => page.getByTestId('open-file').setInputFiles(file);
+const noShared = existsSync(join(shared, 'data')) ? false : 'the shared data is not here';
+
+check('a good file is opened, drawn as isolux render draws it, and undone', async (page) => {
+  const file = join(folder, 'ball.nii.gz');
+  isolux('convert', 'phantom:sphere,size=33', file);
+  await open(page, file);
+  await page.getByRole('button', { name: 'Scan: ball.nii.gz' }).waitFor();
+  await settled(page);
+  const shown = await pixels(page);
+  const scene = await downloaded(page, async () => {
+    await page.getByRole('button', { name: /^Save/ }).click();
+    await page.getByRole('button', { name: /^The scene as a file/ }).click();
+  });
+  const document = JSON.parse(readFileSync(scene, 'utf8'));
+  assert.deepEqual(document.input, ['ball.nii.gz']);
+  document.input = [file];
+  writeFileSync(join(folder, 'scene.json'), JSON.stringify(document));
+  isolux('render', '--scene', join(folder, 'scene.json'), '-o', join(folder, 'ball.png'));
+  assert.deepEqual(shown, await pixels(page, readFileSync(join(folder, 'ball.png'))));
+  await page.keyboard.press('Control+z');
+  await page.getByRole('button', { name: 'Scan: phantom:head,size=48' }).waitFor();
+});
+
+check('a damaged file says what is wrong with it, and the picture stays', async (page) => {
+  const before = await pixels(page);
+  for (const bad of ['nifti/crash-1.nii', 'nrrd/test3dlist_origin.nhdr', 'dicom/badVR.dcm']) {
+    await open(page, join(shared, 'data/bad', bad));
+    const note = page.locator('.note.error').last();
+    await note.waitFor();
+    const text = await note.locator('span').innerText();
+    assert.match(text, /^[^/]+: .+; .+$/, text);
+    assert.doesNotMatch(text, /tmp/);
+    await note.getByRole('button', { name: 'Close' }).click();
+  }
+  page.complaints = page.complaints.filter((said) => !said.includes('422') && !said.includes('400'));
+  assert.deepEqual(await pixels(page), before);
+}, { skip: noShared });
+
+check('a saved scene is loaded again, and a wrong one is refused with the reason', async (page) => {
+  await page.getByRole('button', { name: 'skin' }).click();
+  const scene = await downloaded(page, async () => {
+    await page.getByRole('button', { name: /^Save/ }).click();
+    await page.getByRole('button', { name: /^The scene as a file/ }).click();
+  });
+  await page.getByRole('button', { name: 'bone', exact: true }).click();
+  await page.getByTestId('load-scene').setInputFiles(scene);
+  await page.getByText(/^Loaded/).waitFor();
+  assert.equal(await page.getByLabel('iso value, as a number').inputValue(), '-300');
+  for (const [text, why] of [
+    ['{', 'is not valid JSON'],
+    ['{"isolux_scene": 1, "lihgt": []}', 'did you mean light'],
+    ['{"isolux_scene": 1, "input": ["/etc/passwd"]}', 'is not open here'],
+  ]) {
+    const wrong = { name: 'wrong.json', mimeType: 'application/json', buffer: Buffer.from(text) };
+    await page.getByTestId('load-scene').setInputFiles(wrong);
+    await page.locator('.note.error').getByText(why).waitFor();
+  }
+  assert.equal(await page.getByLabel('iso value, as a number').inputValue(), '-300');
+});
+
+check('a page finds back to a server that was started again, with its state', async (page) => {
+  await page.locator('#lamp-x').press('PageUp');
+  const x = await page.getByLabel('Lamp 1, x, as a number').last().inputValue();
+  await settled(page);
+  const before = await pixels(page);
+  assert.equal(await viewer.stop(), 0);
+  await page.getByText('The server is away').waitFor();
+  await begin(viewer);
+  await settled(page);
+  assert.equal(await page.getByLabel('Lamp 1, x, as a number').last().inputValue(), x);
+  assert.deepEqual(await pixels(page), before);
+  await page.reload();
+  await settled(page);
+  assert.equal(await page.getByLabel('Lamp 1, x, as a number').last().inputValue(), x);
+  page.complaints = page.complaints.filter((said) => !said.includes('ERR_CONNECTION_REFUSED'));
+});
+
+check('two tabs have a state each', async (page) => {
+  const other = await openPage(viewer);
+  const before = await pixels(other);
+  await page.locator('#lamp-x').press('PageUp');
+  await settled(page);
+  assert.notEqual((await pixels(page)).checksum, before.checksum);
+  assert.deepEqual(await pixels(other), before);
+  await other.context().close();
+});

@@ -1,0 +1,73 @@
+import { ColorField, NumberRow } from './controls';
+import type { Scene, Vec3 } from './scene';
+import { editScene, honours, scene } from './state';
+import { add, largest, scale } from './vectors';
+
+/** What Ia is where the scene does not say: the sum of the lights' intensities. */
+const ownAmbient = (now: Scene): Vec3 =>
+  now.light.length === 0
+    ? [1, 1, 1]
+    : now.light.reduce<Vec3>((sum, one) => add(sum, scale(one.intensity, one.color)), [0, 0, 0]);
+
+function Ambient({ now }: { now: Scene }) {
+  const value = now.ambient ?? ownAmbient(now);
+  const strength = largest(value);
+  const color = strength > 0 ? scale(1 / strength, value) : ([1, 1, 1] as Vec3);
+  const set = (ambient: Vec3) => editScene('ambient', (old) => ({ ...old, ambient }));
+  return (
+    <>
+      <label class="check" title="the sum of the lamps’ intensities, as in the lecture">
+        <input
+          type="checkbox"
+          checked={now.ambient === undefined}
+          onChange={(event) => {
+            const own = event.currentTarget.checked;
+            editScene('', ({ ambient: _ambient, ...rest }) => (own ? rest : { ...rest, ambient: value }) as Scene);
+          }}
+        />
+        ambient light follows the lamps
+      </label>
+      <div class="with-color">
+        <NumberRow
+          label="Ia ambient"
+          hint="light that is taken to come evenly from everywhere; ka says how much of it is sent on"
+          value={strength}
+          low={0}
+          high={4}
+          step={0.05}
+          open
+          usual={largest(ownAmbient(now))}
+          onChange={(v) => set(scale(Math.max(0, v), color))}
+        />
+        <ColorField name="Colour of the ambient light" value={color} onChange={(c) => set(scale(strength, c))} />
+      </div>
+    </>
+  );
+}
+
+/** A switch for an option that this version of the program honours; else nothing. */
+function Switch({ now, option, label }: { now: Scene; option: string; label: string }) {
+  if (!honours(option)) return null;
+  const on = now[option] === 'on';
+  return (
+    <label class="check">
+      <input
+        type="checkbox"
+        checked={on}
+        onChange={() => editScene('', (old) => ({ ...old, [option]: on ? 'off' : 'on' }))}
+      />
+      {label}
+    </label>
+  );
+}
+
+export function LightPanel() {
+  const now = scene.value;
+  if (!now) return null;
+  return (
+    <>
+      <Switch now={now} option="shadows" label="shadows" />
+      <Ambient now={now} />
+    </>
+  );
+}

@@ -1,0 +1,141 @@
+// What the page knows. `edited` is what undo and redo walk through; all the rest comes from the
+// server or is about the page itself.
+import { batch, computed, effect, signal } from '@preact/signals';
+import { poseOf, type Pose } from './camera';
+import { linearOf } from './colors';
+import type { Explanation, Hello } from './connection';
+import type { FrameHeader } from './frame';
+import { begun, changed, type History, redone, undone } from './history';
+import type { Bounds, InputReport, Layer, Light, Scene, Surface, Vec3 } from './scene';
+
+export interface Edited {
+  scene: Scene;
+  /** Surfaces that are kept but not drawn, by their place in the scene. */
+  hidden: number[];
+  show: Layer;
+  /** The other half of a split view. */
+  other: Layer | null;
+}
+
+export const hello = signal<Hello | null>(null);
+export const inputs = signal<InputReport[]>([]);
+export const bounds = signal<Bounds>({ center: [0, 0, 0], radius: 1 });
+export const history = signal<History<Edited> | null>(null);
+export const connected = signal(false);
+export const frame = signal<FrameHeader | null>(null);
+/** Device pixels of the picture's place in the page. */
+export const pictureSize = signal<[number, number]>([0, 0]);
+export const lamp = signal(0);
+export const surface = signal(0);
+/** Where the divider of a split view stands, as a share of the width. */
+export const divider = signal(0.5);
+/** A layer that is shown only while something is pointed at. */
+export const peek = signal<Layer | null>(null);
+export const explaining = signal(false);
+export const explained = signal<Explanation | null>(null);
+export const helpOpen = signal(false);
+
+export const edited = computed(() => history.value?.present ?? null);
+export const scene = computed(() => edited.value?.scene ?? null);
+export const light = computed(() => scene.value?.light[lamp.value]);
+/** The input that sliders in voxels, histograms and presets are about. */
+export const mainInput = computed(() => {
+  const name = scene.value?.input[0];
+  return inputs.value.find((input) => input.input === name) ?? inputs.value[0];
+});
+export const honours = (option: string): boolean => hello.value?.options.includes(option) ?? false;
+
+/** The scene as the server is to draw it now. */
+export const drawn = computed((): Scene | null => {
+  const now = edited.value;
+  const [width, height] = pictureSize.value;
+  if (!now || !width || !height) return null;
+  const visible = now.scene.surface.filter((_, n) => !now.hidden.includes(n));
+  return { ...now.scene, surface: visible, size: [width, height] };
+});
+
+export function edit(about: string, change: (now: Edited) => Edited): void {
+  const now = history.value;
+  if (!now) return;
+  history.value = changed(now, change(now.present), about, performance.now());
+}
+
+export const editScene = (about: string, change: (scene: Scene) => Scene): void =>
+  edit(about, (now) => ({ ...now, scene: change(now.scene) }));
+
+export const editLight = (about: string, change: (light: Light) => Light, n = lamp.value): void =>
+  editScene(`light ${n} ${about}`, (old) => ({
+    ...old,
+    light: old.light.map((one, at) => (at === n ? change(one) : one)),
+  }));
+
+export const editSurface = (about: string, n: number, change: (surface: Surface) => Surface): void =>
+  editScene(`surface ${n} ${about}`, (old) => ({
+    ...old,
+    surface: old.surface.map((one, at) => (at === n ? change(one) : one)),
+  }));
+
+export function pose(): Pose | undefined {
+  const seen = frame.value;
+  const document = scene.value?.camera;
+  if (document?.eye && document.target && document.up) return document as Pose;
+  return seen ? poseOf(document, seen.camera, bounds.value) : undefined;
+}
+
+export const editPose = (about: string, change: (pose: Pose) => Pose): void => {
+  const now = pose();
+  if (now) editScene(about, (old) => ({ ...old, camera: change(now) }));
+};
+
+const walk = (step: (history: History<Edited>) => History<Edited>): void => {
+  const now = history.value;
+  if (!now) return;
+  batch(() => {
+    history.value = step(now);
+    const left = history.value.present.scene;
+    lamp.value = Math.max(0, Math.min(lamp.value, left.light.length - 1));
+    surface.value = Math.max(0, Math.min(surface.value, left.surface.length - 1));
+  });
+};
+export const undo = (): void => walk(undone);
+export const redo = (): void => walk(redone);
+
+/** The colour around the picture, which is also the picture's background to begin with. */
+export const surround = (): Vec3 =>
+  linearOf(getComputedStyle(document.documentElement).getPropertyValue('--surround').trim());
+
+/** Begins anew with a scene: one step that can be undone, if there was one before. */
+export function beginWith(start: Scene): void {
+  const state: Edited = { scene: start, hidden: [], show: 'picture', other: null };
+  batch(() => {
+    const now = history.value;
+    history.value = now ? changed(now, state, '', performance.now()) : begun(state);
+    lamp.value = 0;
+    surface.value = 0;
+    explained.value = null;
+  });
+}
+
+// The state outlives a reload of the page and a restart of the server, in this tab alone.
+const storageKey = 'isolux';
+
+interface Kept {
+  edited: Edited;
+  start: Scene;
+}
+
+export function keptState(start: Scene): Edited | undefined {
+  try {
+    const kept = JSON.parse(sessionStorage.getItem(storageKey) ?? 'null') as Kept | null;
+    // A server that was started with something else means to show that.
+    return kept && JSON.stringify(kept.start) === JSON.stringify(start) ? kept.edited : undefined;
+  } catch {
+    return undefined;
+  }
+}
+
+effect(() => {
+  const now = edited.value;
+  const start = hello.value?.scene;
+  if (now && start) sessionStorage.setItem(storageKey, JSON.stringify({ edited: now, start }));
+});
