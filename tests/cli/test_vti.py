@@ -61,7 +61,7 @@ class Vti(TestCase):
             values = self.values(kind)
             self.write(self.array(kind, "ascii", " ".join(map(str, values))))
             self.assertEqual(self.read(), values)
-            for order in "<>":
+            for order in "<>" if kind in ("UInt8", "Int16", "Float64") else "<":
                 for width in ("UInt32", "UInt64"):
                     for deflated in (False, True):
                         how = {"order": order, "width": width, "deflated": deflated}

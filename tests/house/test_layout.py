@@ -7,7 +7,7 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-SOURCES = sorted(p for folder in ("src", "tests") for ending in ("*.h", "*.cpp")
+SOURCES = sorted(p for folder in ("src", "tests", "bench") for ending in ("*.h", "*.cpp")
                  for p in (ROOT / folder).rglob(ending))
 
 

@@ -10,8 +10,11 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <mutex>
 #include <utility>
+
+#include "isolux/base/error.h"
 
 namespace isolux {
 
@@ -133,6 +136,15 @@ void TemporaryPath::keep() {
   const std::lock_guard lock(changing_list);
   if (entry_) entry_->is_there = false;
   entry_ = nullptr;
+}
+
+TemporaryPath temporary_folder(const std::string& purpose, const std::string& what) {
+  std::error_code none;
+  const auto place = std::filesystem::temp_directory_path(none);
+  TemporaryPath folder =
+      TemporaryPath::new_folder((place / ("isolux-" + purpose + "-XXXXXX")).string());
+  if (!none && folder.error() == 0) return folder;
+  throw WorkError(what, "there is no temporary folder for it", "set TMPDIR to a folder with room");
 }
 
 void remove_temporary_paths() {

@@ -39,6 +39,11 @@ class TemporaryPath {
   Entry* entry_ = nullptr;  // in the list that signal handlers look at
 };
 
+/// A new folder in the machine's place for temporary files, for a purpose that its name tells.
+/// @param what  what it is made for, for the error.
+/// @throws WorkError  where none can be made.
+TemporaryPath temporary_folder(const std::string& purpose, const std::string& what);
+
 /// Removes all that there are now. May be called in a signal handler that ends the program.
 void remove_temporary_paths();
 

@@ -1,78 +1,105 @@
 #include <algorithm>
-#include <chrono>
-#include <cstdio>
-#include <functional>
+#include <array>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <optional>
+#include <string_view>
+#include <thread>
 
+#include "isolux/base/error.h"
+#include "isolux/bench/as_peer.h"
+#include "isolux/bench/peer_contest.h"
+#include "isolux/bench/scene_works.h"
+#include "isolux/bench/table.h"
+#include "isolux/bench/timing.h"
 #include "isolux/cli/command.h"
 #include "isolux/cli/loaded_scene.h"
-#include "isolux/render/ray_caster.h"
-#include "isolux/render/relight.h"
+#include "isolux/cli/terminal.h"
 #include "isolux/scene/option_value.h"
 
 namespace isolux {
 namespace {
 
-struct Timing {
-  std::string work;
-  std::vector<double> ms;
+int threads_used(const Arguments& arguments) {
+  const int asked = thread_count(arguments);
+  return asked > 0 ? asked : static_cast<int>(std::thread::hardware_concurrency());
+}
 
-  double median() const {
-    std::vector<double> sorted = ms;
-    std::ranges::sort(sorted);
-    return sorted[sorted.size() / 2];
+int turns_asked(const Command& command, const Arguments& arguments) {
+  const Option& option = *find_option(command.options, "frames");
+  const std::string text = arguments.has("frames") ? arguments.at("frames") : option.default_text;
+  return value_from_text(option, text, "--frames").get<int>();
+}
+
+std::vector<Section> measured_scene(const LoadedScene& loaded, int turns) {
+  OwnRenderer renderer(loaded.scene);
+  renderer.prepare();
+  renderer.frame();
+  Section section{loaded.inputs[0].name, {}};
+  for (const Work& work : scene_works(renderer, turns)) {
+    section.measurements.push_back(measure(work));
   }
-};
+  return {section};
+}
 
-double milliseconds(const std::function<void()>& work) {
-  const auto begin = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
-      .count();
+// What is drawn beside the peers is fixed, so that the figures of two runs can be compared.
+void refuse_own_scene(const Arguments& arguments) {
+  constexpr std::array<std::string_view, 6> kOfInputs{"size",    "dims",   "type",
+                                                      "spacing", "volume", "series"};
+  for (const auto& [name, values] : arguments.values) {
+    const bool is_of_scene = name == "scene" || find_option(scene_options(), name);
+    if (is_of_scene && std::ranges::find(kOfInputs, name) == kOfInputs.end()) {
+      throw UsageError("--" + name, "does not go with --peers",
+                       "surfaces, lights and views are those of bench/README.md");
+    }
+  }
+  if (arguments.inputs.size() > 1) {
+    throw UsageError(arguments.inputs[1], "--peers takes one INPUT", "leave it out");
+  }
+}
+
+std::vector<Section> measured_with_peers(const LoadedScene& loaded, const Command& command,
+                                         const Arguments& arguments, int turns) {
+  ContestOptions options;
+  options.peers_folder = arguments.has("peers-in")
+                             ? arguments.at("peers-in")
+                             : find_option(command.options, "peers-in")->default_text;
+  if (arguments.has("against")) options.other_isolux = arguments.at("against");
+  if (arguments.has("pictures")) options.pictures_folder = arguments.at("pictures");
+  for (const char* name : {"threads", "isa"}) {
+    if (!arguments.has(name)) continue;
+    options.own_options.insert(options.own_options.end(),
+                               {std::string("--") + name, arguments.at(name)});
+  }
+  options.threads = threads_used(arguments);
+  options.turns = turns;
+  options.width = loaded.scene.camera->width();
+  options.height = loaded.scene.camera->height();
+  options.tell = [](const std::string& text) { std::cerr << "isolux: " << text << "\n"; };
+  return measure_against_peers(*loaded.inputs[0].volume, options);
 }
 
 }  // namespace
 
 int run_bench(const Command& command, const Arguments& arguments) {
-  const Option& frames_option = *find_option(command.options, "frames");
-  const int frames =
-      value_from_text(frames_option,
-                      arguments.has("frames") ? arguments.at("frames") : frames_option.default_text,
-                      "--frames")
-          .get<int>();
+  if (arguments.has("as-peer")) {
+    answer_as_peer(arguments.at("as-peer"));
+    return 0;
+  }
+  const int turns = turns_asked(command, arguments);
+  if (arguments.has("peers")) refuse_own_scene(arguments);
   const LoadedScene loaded = load_scene(arguments);
-  const Scene& scene = loaded.scene;
-  Timing bricks{"bricks and skipping", {}}, tracing{"visibility", {}},
-      lighting{"lighting and display", {}}, display{"display", {}};
-  SurfaceBuffer buffer(scene.camera->width(), scene.camera->height());
-  LitPicture picture;
-  for (int frame = 0; frame < frames; ++frame) {
-    std::optional<RayCaster> caster;
-    bricks.ms.push_back(milliseconds([&] { caster.emplace(scene); }));
-    tracing.ms.push_back(milliseconds([&] { caster->cast(*scene.camera, buffer); }));
-    lighting.ms.push_back(milliseconds([&] { picture.relight(scene, buffer); }));
-    display.ms.push_back(milliseconds([&] { picture.redisplay(scene, buffer); }));
-  }
-  nlohmann::json rows = nlohmann::json::array();
-  if (!arguments.has("json")) std::printf("%-20s %12s %12s\n", "work", "median ms", "least ms");
-  for (const Timing& timing : {bricks, tracing, lighting, display}) {
-    const double least = *std::ranges::min_element(timing.ms);
-    rows.push_back({{"work", timing.work}, {"median_ms", timing.median()}, {"min_ms", least}});
-    if (!arguments.has("json")) {
-      std::printf("%-20s %12.2f %12.2f\n", timing.work.c_str(), timing.median(), least);
-    }
-  }
-  if (arguments.has("json")) {
-    std::cout << nlohmann::json{{"frames", frames},
-                                {"width", scene.camera->width()},
-                                {"height", scene.camera->height()},
-                                {"rows", rows}}
-                     .dump(2)
-              << "\n";
-  }
-  std::fflush(stdout);
+  const Camera& camera = *loaded.scene.camera;
+  Report report{camera.width(),
+                camera.height(),
+                threads_used(arguments),
+                processor_name(),
+                load_average(),
+                -1,
+                {}};
+  report.sections = arguments.has("peers") ? measured_with_peers(loaded, command, arguments, turns)
+                                           : measured_scene(loaded, turns);
+  report.load_after = load_average();
+  std::cout << (arguments.has("json") ? report_json(report).dump(2) + "\n" : report_text(report));
   return 0;
 }
 

@@ -16,9 +16,9 @@ constexpr const char* kForms =
 constexpr const char* kInputs =
     "An INPUT is a DICOM folder or file, NIfTI (.nii, .nii.gz, .hdr/.img), NRRD or NHDR,\n"
     "MetaImage (.mha, .mhd), a VTK image (.vti), an InVesalius project (.inv3), a TIFF of several\n"
-    "pages or a folder of TIFFs, a zip of one of these, headerless raw with --dims and --type, or a\n"
-    "built-in volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each also with ,size=N.\n"
-    "The format is found by content. Without INPUT: a real CT head.\n";
+    "pages or a folder of TIFFs, a zip of one of these, headerless raw with --dims and --type, or\n"
+    "a built-in volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each also with\n"
+    ",size=N. The format is found by content. Without INPUT: a real CT head.\n";
 
 std::string sentence_of(const Option& option) {
   std::string text = option.sentence;
@@ -39,6 +39,8 @@ std::string value_name(const Option& option) {
   if (option.name == "pixel") return "X,Y";
   if (option.name == "max-memory") return "SIZE";
   if (option.name == "series") return "NUMBER|UID";
+  if (option.name == "peers-in" || option.name == "pictures") return "DIR";
+  if (option.name == "as-peer") return "NAME";
   if (option.name == "crop") return "I0:J0:K0,I1:J1:K1";
   return option.type == ValueType::kText ? "FILE" : value_pattern(option);
 }

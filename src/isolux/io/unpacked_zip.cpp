@@ -21,18 +21,9 @@ WorkError damaged(const std::string& path, archive* zip) {
           "is the file complete?"};
 }
 
-TemporaryPath new_folder(const std::string& path) {
-  std::error_code none;
-  TemporaryPath folder =
-      TemporaryPath::new_folder((fs::temp_directory_path(none) / "isolux-zip-XXXXXX").string());
-  if (!none && folder.error() == 0) return folder;
-  throw WorkError(path, "cannot be unpacked: there is no temporary folder",
-                  "set TMPDIR to a folder with room");
-}
-
 }  // namespace
 
-UnpackedZip::UnpackedZip(const std::string& path) : folder_(new_folder(path)) {
+UnpackedZip::UnpackedZip(const std::string& path) : folder_(temporary_folder("zip", path)) {
   const ReadNext next = read_fenced(path, 0, [&](FenceOutput& output) { unpack(path, output); });
   // Signs of life, one for each piece, until there are no more; then the number of files.
   for (bool goes_on = true; goes_on;) next(reinterpret_cast<char*>(&goes_on), sizeof goes_on);

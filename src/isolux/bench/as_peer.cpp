@@ -1,0 +1,133 @@
+#include "isolux/bench/as_peer.h"
+
+#include <fstream>
+#include <memory>
+#include <optional>
+
+#include "isolux/base/error.h"
+#include "isolux/base/number_text.h"
+#include "isolux/bench/line_protocol.h"
+#include "isolux/bench/loose_rays.h"
+#include "isolux/bench/own_renderer.h"
+#include "isolux/bench/ppm.h"
+#include "isolux/bench/ray_sets.h"
+#include "isolux/bench/timing.h"
+
+namespace isolux {
+namespace {
+
+Vec3 read_vec3(std::istringstream& words) {
+  Vec3 v;
+  words >> v.x >> v.y >> v.z;
+  return v;
+}
+
+class OwnPeer {
+ public:
+  std::string size(std::istringstream& words) {
+    words >> width_ >> height_;
+    renderer_.reset();
+    return {};
+  }
+
+  std::string volume(std::istringstream& words) {
+    std::string path;
+    Volume volume;
+    words >> path >> volume.dims[0] >> volume.dims[1] >> volume.dims[2];
+    volume.world_from_index.linear = diagonal(read_vec3(words));
+    std::vector<std::int16_t> voxels(static_cast<std::size_t>(volume.dims[0]) *
+                                     static_cast<std::size_t>(volume.dims[1]) *
+                                     static_cast<std::size_t>(volume.dims[2]));
+    std::ifstream file(path, std::ios::binary);
+    file.read(reinterpret_cast<char*>(voxels.data()),
+              static_cast<std::streamsize>(voxels.size() * sizeof voxels[0]));
+    if (!file) throw WorkError(path, "cannot be read, or is too short", "check its name");
+    volume.voxels = std::move(voxels);
+    volume_ = std::make_shared<const Volume>(std::move(volume));
+    renderer_.reset();
+    return {};
+  }
+
+  std::string iso(std::istringstream& words) {
+    double value = 0;
+    words >> value;
+    if (!volume_) throw WorkError("iso", "there is no volume", "send `volume` first");
+    if (renderer_) {
+      renderer_->set_iso(value);
+    } else {
+      renderer_.emplace(bench_scene(volume_, value, width_, height_));
+    }
+    return to_text(milliseconds([&] { renderer_->prepare(); }));
+  }
+
+  std::string lamp(std::istringstream& words) {
+    renderer().set_lamp(read_vec3(words));
+    return {};
+  }
+
+  std::string headlight(std::istringstream&) {
+    renderer().set_lamp(std::nullopt);
+    return {};
+  }
+
+  std::string frame(std::istringstream& words) {
+    View view;
+    view.eye = read_vec3(words);
+    view.target = read_vec3(words);
+    words >> view.fov_deg;
+    renderer().look(view);
+    const double ms = milliseconds([&] { renderer_->frame(); });
+    const auto& rgb = renderer_->picture().rgb;
+    return to_text(ms) + " " + std::to_string(renderer_->hit_pixels()) + " " +
+           std::to_string(checksum_of(rgb.data(), rgb.size()));
+  }
+
+  std::string rays(std::istringstream& words) {
+    std::string path;
+    words >> path;
+    const std::vector<Ray> rays = read_rays(path);
+    const LooseRays tracer(renderer().scene().surfaces[0]);
+    std::size_t hits = 0;
+    const double ms = milliseconds([&] { hits = tracer.count_hits(rays); });
+    return to_text(ms) + " " + std::to_string(hits);
+  }
+
+  std::string picture(std::istringstream& words) {
+    std::string path;
+    words >> path;
+    const Picture& picture = renderer().picture();
+    write_ppm(path, picture.width, picture.height, picture.rgb);
+    return {};
+  }
+
+ private:
+  OwnRenderer& renderer() {
+    if (!renderer_) throw WorkError("peer", "there is no surface", "send `iso` first");
+    return *renderer_;
+  }
+
+  int width_ = 1024;
+  int height_ = 1024;
+  std::shared_ptr<const Volume> volume_;
+  std::optional<OwnRenderer> renderer_;
+};
+
+}  // namespace
+
+void answer_as_peer(const std::string& name) {
+  OwnPeer peer;
+  const auto answering = [&](std::string (OwnPeer::*answer)(std::istringstream&)) {
+    return [&peer, answer](std::istringstream& words) { return (peer.*answer)(words); };
+  };
+  answer_requests(name, {{"size", answering(&OwnPeer::size)},
+                         {"volume", answering(&OwnPeer::volume)},
+                         {"iso", answering(&OwnPeer::iso)},
+                         {"lamp", answering(&OwnPeer::lamp)},
+                         {"headlight", answering(&OwnPeer::headlight)},
+                         {"frame", answering(&OwnPeer::frame)},
+                         {"rays", answering(&OwnPeer::rays)},
+                         {"shadows", answering(&OwnPeer::rays)},
+                         {"picture", answering(&OwnPeer::picture)}});
+}
+
+}  // namespace isolux

@@ -1,0 +1,73 @@
+#include "isolux/bench/own_renderer.h"
+
+#include "isolux/scene/description.h"
+
+namespace isolux {
+namespace {
+
+Light headlight(const Camera& camera) {
+  Light light;
+  light.place = camera.world_from_camera().vector({0, 0, 1});
+  return light;
+}
+
+CameraDescription described(const View& view) {
+  return {.eye = view.eye, .target = view.target, .fov_deg = view.fov_deg};
+}
+
+}  // namespace
+
+OwnRenderer::OwnRenderer(Scene scene) : scene_(std::move(scene)) {}
+
+void OwnRenderer::look(const View& view) {
+  scene_.camera.emplace(described(view), scene_.camera->width(), scene_.camera->height(),
+                        BoundingSphere{});
+  if (scene_.has_default_light) scene_.lights[0] = headlight(*scene_.camera);
+}
+
+void OwnRenderer::set_lamp(std::optional<Vec3> at) {
+  scene_.has_default_light = !at;
+  Light& lamp = scene_.lights[0];
+  lamp = headlight(*scene_.camera);
+  if (!at) return;
+  lamp.kind = Light::Kind::kPoint;
+  lamp.place = *at;
+}
+
+void OwnRenderer::prepare() { caster_ = RayCaster(scene_, caster_ ? &*caster_ : nullptr); }
+
+void OwnRenderer::trace() {
+  if (!buffer_) buffer_.emplace(scene_.camera->width(), scene_.camera->height());
+  caster_->cast(*scene_.camera, *buffer_);
+}
+
+void OwnRenderer::relight() { picture_.relight(scene_, *buffer_); }
+
+void OwnRenderer::redisplay() { picture_.redisplay(scene_, *buffer_); }
+
+void OwnRenderer::frame() {
+  trace();
+  relight();
+}
+
+std::size_t OwnRenderer::hit_pixels() const {
+  std::size_t hits = 0;
+  for (int y = 0; y < buffer_->height(); ++y) {
+    for (int x = 0; x < buffer_->width(); ++x) hits += buffer_->is_hit(buffer_->at(x, y));
+  }
+  return hits;
+}
+
+Scene bench_scene(const std::shared_ptr<const Volume>& volume, double iso, int width, int height) {
+  SceneDescription description;
+  description.inputs = {"bench"};
+  description.width = width;
+  description.height = height;
+  const auto corners = box_corners(*volume);
+  const View view = orbit_view(corners[7] - corners[0], 0);
+  description.camera = described({view.eye + corners[0], view.target + corners[0], view.fov_deg});
+  description.surfaces = {{.iso = iso, .input = {}, .material = {}}};
+  return resolve(description, {volume});
+}
+
+}  // namespace isolux
