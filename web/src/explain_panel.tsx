@@ -187,7 +187,7 @@ function Hit({ why, scene }: { why: Explanation; scene: Scene }) {
     <>
       <Formula
         name="I equals ka Ia plus, for each lamp, kd I max(0, n dot l) plus ks I max(0, r dot e) to the shininess"
-        tex={String.raw`\begin{aligned} I ={}& ${tinted('ambient', 'k_a I_a')}\\ &+ \textstyle\sum_{\text{lamps}} \big(${tinted('diffuse', String.raw`k_d I\max(0, n \cdot l)`)} + ${tinted('specular', String.raw`k_s I\max(0, r \cdot e)^{s}`)}\big) \end{aligned}`}
+        tex={String.raw`\begin{aligned} I ={}& ${tinted('ambient', 'k_a I_a')}\\ &+ \textstyle\sum_{\text{lamps}} \big(${tinted('diffuse', String.raw`k_d I\max(0, n \cdot l)`)}\\ &\qquad\quad + ${tinted('specular', String.raw`k_s I\max(0, r \cdot e)^{s}`)}\big) \end{aligned}`}
       />
       {one && (
         <>
