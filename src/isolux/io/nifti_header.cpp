@@ -64,6 +64,8 @@ bool looks_like_analyze(std::string_view bytes) {
 StoredType stored_type(const std::string& path, int datatype) {
   switch (datatype) {
     case NIFTI_TYPE_UINT8:
+    case NIFTI_TYPE_RGB24:
+    case NIFTI_TYPE_RGBA32:
       return StoredType::kU8;
     case NIFTI_TYPE_INT8:
       return StoredType::kI8;
@@ -83,10 +85,6 @@ StoredType stored_type(const std::string& path, int datatype) {
       return StoredType::kF32;
     case NIFTI_TYPE_FLOAT64:
       return StoredType::kF64;
-    case NIFTI_TYPE_RGB24:
-    case NIFTI_TYPE_RGBA32:
-      throw WorkError(path, "has colours for voxels (RGB)",
-                      "isolux draws surfaces of one value; extract a channel first");
     case NIFTI_TYPE_COMPLEX64:
     case NIFTI_TYPE_COMPLEX128:
     case NIFTI_TYPE_COMPLEX256:
@@ -198,11 +196,15 @@ NiftiHeader header_from(const std::string& path, const Raw& raw, bool swapped,
   header.is_pair = !is_nifti || raw.magic[1] == 'i';
   set_dims(header, path, raw);
   header.type = stored_type(path, raw.datatype);
+  header.channels = raw.datatype == NIFTI_TYPE_RGB24    ? 3
+                    : raw.datatype == NIFTI_TYPE_RGBA32 ? 4
+                                                        : 1;
   set_voxel_offset(header, path, static_cast<double>(raw.vox_offset), sizeof raw, notes);
   set_forms(header, raw);
   if (is_nifti) {
     set_rescale(header, path, raw.scl_slope, raw.scl_inter, notes);
     set_unit(header, raw.xyzt_units, notes);
+    header.is_labels = raw.intent_code == NIFTI_INTENT_LABEL;
   } else {
     // Other fields, or nothing, stand where NIfTI has these.
     header.qform_code = header.sform_code = 0;

@@ -22,6 +22,8 @@ struct NiftiHeader {
   bool is_pair = false;              ///< the voxels lie in an .img file beside it
   std::array<std::int64_t, 7> dims;  ///< each at least 1; 1 beyond the file's own axes
   StoredType type = StoredType::kU8;
+  int channels = 1;        ///< numbers a voxel: 3 or 4 where it is a colour
+  bool is_labels = false;  ///< its values are the numbers of regions
   std::uint64_t voxel_offset = 0;
   Rescale rescale;
   double mm_per_unit = 1;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "isolux/base/error.h"
+#include "isolux/io/dicom_signature.h"
 #include "isolux/io/format.h"
 #include "isolux/io/placement_fault.h"
 #include "isolux/io/unpacked_zip.h"
@@ -22,6 +23,10 @@ std::string first_bytes_of(const std::string& path) {
   std::error_code error;
   if (!fs::exists(path, error)) {
     throw WorkError(path, "there is no such file", "check the name, or see `isolux --help`");
+  }
+  // Opening a pipe would wait for whoever fills it; and it could be read once only.
+  if (fs::is_fifo(path, error) || fs::is_socket(path, error)) {
+    throw WorkError(path, "is a pipe, not a file", "write it to a file first");
   }
   errno = 0;
   std::ifstream file(path, std::ios::binary);
@@ -76,6 +81,16 @@ OpenedInput open_folder(const ReadRequest& request) {
   if (auto stack = open_stack(request)) return *stack;
   throw WorkError(request.name, "is a folder without DICOM or TIFF files",
                   "give a file, or a folder of one stack");
+}
+
+// A DICOMDIR tells what lies in its folder and below, which is found without it.
+OpenedInput open_folder_of_index(const ReadRequest& request) {
+  const fs::path path(request.name);
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  OpenedInput opened = open_folder({folder.string(), request.grid, request.listener});
+  opened.result.notes.insert(opened.result.notes.begin(),
+                             "an index (DICOMDIR): its folder was read");
+  return opened;
 }
 
 // The one volume, or the one stack, in an unpacked zip.
@@ -133,7 +148,9 @@ OpenedInput open_known_format(const ReadRequest& request) {
   if (std::error_code error; fs::is_directory(request.name, error)) return open_folder(request);
   const std::vector<Format> known = formats();
   if (const Format* format = format_of(known, request)) return format->open(request);
-  if (first_bytes_of(request.name).starts_with("PK\3\4")) return open_zip(request);
+  const std::string first_bytes = first_bytes_of(request.name);
+  if (first_bytes.starts_with("PK\3\4")) return open_zip(request);
+  if (is_dicom_directory(first_bytes)) return open_folder_of_index(request);
   if (request.grid.dims || request.grid.type) return open_raw(request);
   std::error_code error;
   const std::string guess = raw_guess(fs::file_size(request.name, error));
