@@ -5,10 +5,11 @@ import gzip
 import json
 import os
 import resource
+import struct
 import unittest
 import zipfile
 
-from isolux import SHARED, USAGE, WORK, TestCase, needs_shared
+from isolux import SHARED, USAGE, WORK, TestCase, needs_shared, without_sanitizers
 from pictures import blob, grid, write_nrrd
 
 DATA = SHARED / "data"
@@ -156,6 +157,36 @@ class Limits(TestCase):
             archive.writestr("scan/a.raw", "12345678")
         self.assertEqual(self.info("a.zip")["dims"], [2, 2, 2])
 
+    def test_a_folder_or_a_zip_of_one_volume_is_opened_and_of_several_is_refused(self):
+        scan = self.folder / "scan"
+        scan.mkdir()
+        self.refused("info", scan, status=WORK, about="holds nothing that this version reads")
+        (scan / "notes.txt").write_text("of no format")
+        header = bytearray(348)  # a pair: either of its files leads to the same volume
+        struct.pack_into("<i", header, 0, 348)
+        struct.pack_into("<8h", header, 40, 3, 2, 3, 4, 1, 1, 1, 1)
+        struct.pack_into("<hh4f", header, 70, 2, 8, 1, 1, 1, 1)
+        header[344:348] = b"ni1\0"
+        (scan / "a.hdr").write_bytes(header)
+        (scan / "a.img").write_bytes(bytes(range(24)))
+        with zipfile.ZipFile(self.folder / "a.zip", "w") as archive:
+            for file in scan.iterdir():
+                archive.write(file, file.name)
+        for name in (scan, "a.zip"):
+            self.assertEqual(self.info(name)["dims"], [2, 3, 4])
+        with zipfile.ZipFile(self.folder / "a.zip", "a") as archive:
+            for name, place in (("b.hdr", "a.hdr"), ("b.img", "a.img")):
+                (scan / name).write_bytes((scan / place).read_bytes())
+                archive.write(scan / name, name)
+        for name in (scan, "a.zip"):
+            message = self.refused("info", name, status=WORK, about="holds several volumes")
+            self.assertTrue(message.startswith(f"isolux: error: {name}: holds"), message)
+
+    def test_a_pipe_is_refused_and_not_waited_for(self):
+        os.mkfifo(self.folder / "pipe")
+        for words in (["pipe"], ["pipe", "--dims", "2x2x2", "--type", "u8"]):
+            self.refused("info", *words, status=WORK, about="is a pipe")
+
     def test_closed_standard_streams_change_nothing(self):
         def close_all():
             for number in (0, 1, 2):
@@ -167,6 +198,8 @@ class Limits(TestCase):
     def test_a_headerless_file_gets_a_guess(self):
         (self.folder / "scan").write_bytes(bytes(64 * 64 * 20 * 2))
         self.refused("info", "scan", status=WORK, about="163840 bytes could be 64x64x20 i16")
+        (self.folder / "scan").write_bytes(bytes(41 ** 3))
+        self.refused("info", "scan", status=WORK, about="68921 bytes could be 41x41x41 u8")
 
     def test_more_memory_than_allowed_is_refused(self):
         self.refused("info", "phantom:head,size=64", "--max-memory", "500k", status=WORK,
@@ -175,6 +208,7 @@ class Limits(TestCase):
         self.refused("info", "phantom:sphere", "--max-memory", "lots", status=USAGE,
                      about="--max-memory")
 
+    @without_sanitizers
     def test_memory_is_only_taken_for_voxels_that_are_there(self):
         # Deflate could make 9 GB of 9 MB, but here it makes 9 MB of 9 kB.
         (self.folder / "a.nrrd").write_bytes(

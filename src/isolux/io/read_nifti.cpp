@@ -183,7 +183,7 @@ OpenedInput open(const ReadRequest& request) {
   ReadResult& result = opened.result;
   const StoredBytes header_file = stored(header_path_of(request.name));
   const NiftiHeader header = parse_nifti_header(
-      header_file.path, first_bytes(header_file, kLongestNiftiHeader), result.notes);
+      header_file.path, first_bytes(header_file, kNiftiHeaderAndComment), result.notes);
   const StoredBytes file = voxel_file(header_file, header);
   result.format = header.version;
   result.files = {header_file.path};
