@@ -94,6 +94,12 @@ Vec3 lps_factors(const std::string& space, std::vector<std::string>& notes) {
     notes.push_back("left-anterior-superior was carried over to LPS");
     return {1, -1, 1};
   }
+  if (space == "3d-left-handed") {
+    notes.push_back(
+        "the file does not say how it lies in the patient, but that its space is left-handed: its "
+        "axes are taken as left, posterior and inferior, so that nothing is mirrored");
+    return {1, 1, -1};
+  }
   if (space != "left-posterior-superior" && space != "scanner-xyz") {
     notes.push_back("the file does not say how it lies in the patient: its axes are taken as LPS");
   }
