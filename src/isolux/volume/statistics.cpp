@@ -73,7 +73,7 @@ bool look_like_labels(const VolumeView<T>& view) {
 }  // namespace
 
 bool holds_labels(const Volume& volume) {
-  if (volume.modality == kSegmentation) return true;
+  if (!volume.modality.empty()) return volume.modality == kSegmentation;
   return visit_voxels(volume, []<typename T>(const VolumeView<T>& view) {
     if constexpr (std::is_integral_v<T>) return look_like_labels(view);
     return false;

@@ -20,8 +20,8 @@ struct ValueStatistics {
 ValueStatistics value_statistics(const Volume& volume, int bins = 256);
 
 /// Whether the values are the numbers of regions rather than measurements: the modality says so, or
-/// they are whole, not negative, at most 256 different ones, and mostly alike in neighbours that
-/// are not 0.
+/// there is none and they are whole, not negative, at most 256 different ones, and mostly alike in
+/// neighbours that are not 0.
 bool holds_labels(const Volume& volume);
 
 /// An iso value worth showing first, and what it shows: "bone", "skin", "labels" or "threshold".
