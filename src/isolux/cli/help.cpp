@@ -26,10 +26,7 @@ std::string sentence_of(const Option& option) {
   if (!option.unit.empty()) text += ", in " + option.unit;
   if (!option.default_text.empty()) text += " (default " + option.default_text + ")";
   if (option.repeatable) text += "; may be given several times";
-  if (!option.not_yet.empty()) {
-    text += " [" + option.not_yet +
-            (option.only_value.empty() ? "" : "; only " + option.only_value + " is taken") + "]";
-  }
+  if (!option.not_yet.empty()) text += " [" + option.not_yet + "]";
   return text;
 }
 
