@@ -86,7 +86,7 @@ std::optional<IsoHit> IsoLanes::hit_of_oracle(const RayLanes& rays, std::size_t 
 
 void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& hits) const {
   lanes::Found found;
-  lanes::walk(field(), rays, lanes, &hits, found);
+  (rays.is_beam ? lanes::walk_beam : lanes::walk)(field(), rays, lanes, &hits, found);
   hits.hit = found.hit;
   hits.away = found.away;
   const auto world_direction = [&](std::size_t n) {
@@ -112,7 +112,7 @@ void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& h
 
 std::uint32_t IsoLanes::occluded(const RayLanes& rays, std::uint32_t lanes) const {
   lanes::Found found;
-  lanes::walk(field(), rays, lanes, nullptr, found);
+  (rays.is_beam ? lanes::walk_beam : lanes::walk)(field(), rays, lanes, nullptr, found);
   for (std::uint32_t rest = found.undecided; rest != 0; rest &= rest - 1) {
     const auto n = static_cast<std::size_t>(std::countr_zero(rest));
     if (hit_of_oracle(rays, n)) found.hit |= 1u << n;

@@ -51,6 +51,7 @@ Disagreements compare(const Volume& volume, double iso, int packets, NextRay nex
       ray[n] = next();
       set_ray(rays, n, ray[n]);
     }
+    rays.is_beam = packet % 2 == 1;  // both walks, in turn
     lanes.first_hits(rays, ~0u, hits);
     for (int n = 0; n < RayLanes::kCount; ++n) {
       ++result.rays;
@@ -151,6 +152,7 @@ TEST(IsoLanes, voxels_out_of_the_gathers_reach_give_the_same_bits) {
     RayLanes rays;
     for (int packet = 0; packet < 300; ++packet) {
       for (int n = 0; n < RayLanes::kCount; ++n) set_ray(rays, n, random());
+      rays.is_beam = packet % 2 == 1;
       HitLanes a, b;
       near.first_hits(rays, ~0u, a);
       far.first_hits(rays, ~0u, b);
@@ -177,8 +179,9 @@ TEST(IsoLanes, what_one_lane_holds_has_no_influence_on_another) {
   RandomRays random(dims, 16);
   RayLanes rays;
   HitLanes together, alone;
-  for (int packet = 0; packet < 50; ++packet) {
+  for (int packet = 0; packet < 100; ++packet) {
     for (int n = 0; n < RayLanes::kCount; ++n) set_ray(rays, n, random());
+    rays.is_beam = packet % 2 == 1;
     lanes.first_hits(rays, ~0u, together);
     for (int n = 0; n < RayLanes::kCount; ++n) {
       lanes.first_hits(rays, 1u << n, alone);
@@ -211,7 +214,8 @@ TEST(IsoLanes, occluded_is_whether_the_oracle_finds_a_root_between_begin_and_end
   RandomRays random(dims, 17);
   int occluded_rays = 0, close = 0;
   for (int packet = 0; packet < 3000; ++packet) {
-    const RayLanes rays = pieces_of_rays(random);
+    RayLanes rays = pieces_of_rays(random);
+    rays.is_beam = packet % 2 == 1;
     const std::uint32_t occluded = lanes.occluded(rays, ~0u);
     HitLanes hits;
     lanes.first_hits(rays, ~0u, hits);

@@ -41,5 +41,8 @@ struct Found {
 /// normal, but are the same.
 void walk(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
           Found& found);
+/// The same for lanes that run side by side.
+void walk_beam(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
+               Found& found);
 
 }  // namespace isolux::lanes

@@ -116,6 +116,7 @@ class RayCaster::Eye {
   void trace_iso(const IsoView& view, std::int32_t number, int x0, int y0, std::uint32_t inside,
                  PixelHits& nearest) const {
     RayLanes rays;
+    rays.is_beam = true;
     HitLanes hits;
     std::uint32_t lanes = 0;
     for (int block = 0; block < 2 && x0 + 4 * block < width_; ++block) {
