@@ -31,10 +31,11 @@ struct RayLanes {
 
 /// Where rays meet an isosurface first.
 struct HitLanes {
-  std::uint32_t hit = 0;   ///< bit n: lane n; the rest of a lane that has no hit is not defined
-  std::uint32_t away = 0;  ///< lanes whose normal points along the ray, away from its origin
+  std::uint32_t hit = 0;     ///< bit n: lane n; the rest of a lane that has no hit is not defined
+  std::uint32_t turned = 0;  ///< lanes whose normal was turned round, to where the ray came from
   alignas(64) double t[RayLanes::kCount];
-  /// The contract's normal, unit, world space, towards lower values; zero where it vanishes.
+  /// The contract's normal, unit, world space, on the side that the ray came from; zero where it
+  /// vanishes.
   alignas(64) float normal[3][RayLanes::kCount];
 };
 

@@ -78,10 +78,11 @@ Disagreements compare(const Volume& volume, double iso, int packets, NextRay nex
       if (along > 1e-2) ++result.other;
       const Vec3 normal{hits.normal[0][n], hits.normal[1][n], hits.normal[2][n]};
       const double towards = dot(normal, ray[n].direction) / length(ray[n].direction);
-      if (std::fabs(towards) > 1e-5 && (hits.away >> n & 1) != (towards > 0)) ++result.other;
+      if (towards > 1e-5) ++result.other;
+      const double side = hits.turned >> n & 1 ? -1 : 1;
       if (along < 1e-5) {
-        result.normal =
-            std::max(result.normal, length(normal - oracle.normal(*expected).value_or(Vec3{})));
+        result.normal = std::max(result.normal,
+                                 length(side * normal - oracle.normal(*expected).value_or(Vec3{})));
       }
     }
   }

@@ -82,19 +82,17 @@ struct Side {
   float low, low_rise, high, high_rise;
 
   // The cells that the rays can pass while the major axis runs from `from` to `from` + size.
-  template <class DF, class VFloat = hn::Vec<DF>, class DI = hn::RebindToSigned<DF> >
-  HWY_INLINE void cells(DF df, VFloat from, float size, std::int32_t count, hn::Vec<DI>& first,
-                        hn::Vec<DI>& last) const {
-    const DI di;
-    const VFloat zero = hn::Zero(df);
-    const VFloat least = hn::MulAdd(from, hn::Set(df, low_rise),
-                                    hn::Set(df, low + std::min(0.0f, size * low_rise) - kSlack));
-    const VFloat most =
-        hn::MulAdd(from, hn::Set(df, high_rise),
-                   hn::Set(df, high + std::max(0.0f, size * high_rise) + kSlack + 1));
-    first = hn::ConvertTo(di, hn::Max(least, zero));
-    last = hn::Sub(hn::Min(hn::ConvertTo(di, hn::Max(most, zero)), hn::Set(di, count)),
-                   hn::Set(di, 1));
+  template <class V, class DF = hn::DFromV<V>, class VInt = hn::Vec<hn::RebindToSigned<DF> > >
+  HWY_INLINE void cells(V from, float size, std::int32_t count, VInt& first, VInt& last) const {
+    const DF d;
+    const hn::RebindToSigned<DF> di;
+    // The whole number below is the one nearest to half a cell less; the slack is more than a tie.
+    const float least = low + std::min(0.0f, size * low_rise) - kSlack - 0.5f;
+    const float most = high + std::max(0.0f, size * high_rise) + kSlack - 0.5f;
+    first = nearest_int(hn::MulAdd(from, hn::Set(d, low_rise), hn::Set(d, least)));
+    last = nearest_int(hn::MulAdd(from, hn::Set(d, high_rise), hn::Set(d, most)));
+    first = hn::Max(first, hn::Zero(di));
+    last = hn::Min(last, hn::Set(di, count - 1));
   }
 };
 
@@ -313,7 +311,7 @@ class Beam {
                                       std::int32_t& last) HWY_ATTR {
         constexpr hn::CappedTag<float, 1> one;
         hn::Vec<hn::RebindToSigned<decltype(one)> > low, high;
-        side.cells(one, hn::Set(one, from), 4, field_.dims[a] - 1, low, high);
+        side.cells(hn::Set(one, from), 4, field_.dims[a] - 1, low, high);
         first = hn::GetLane(low);
         last = hn::GetLane(high);
       };
@@ -337,8 +335,8 @@ class Beam {
             if (!has_cells) {
               has_cells = true;
               const SlabF slabs = hn::Add(hn::Set(kSlabF, from), hn::Iota(kSlabF, 0.0f));
-              along_u.cells(kSlabF, slabs, 1, field_.dims[u] - 1, slab_u[0], slab_u[1]);
-              along_v.cells(kSlabF, slabs, 1, field_.dims[v] - 1, slab_v[0], slab_v[1]);
+              along_u.cells(slabs, 1, field_.dims[u] - 1, slab_u[0], slab_u[1]);
+              along_v.cells(slabs, 1, field_.dims[v] - 1, slab_v[0], slab_v[1]);
             }
             alignas(16) std::int32_t set_u[4], set_v[4];
             hn::Store(places_between(slab_u[0], slab_u[1], block[u]), kSlabI, set_u);

@@ -167,9 +167,8 @@ class LaneRays {
     place_[a] = {low, high};
     direction_[a] = d;
     const std::int32_t last = field_->dims[a] - 2;
-    const VI cell =
-        hn::Min(hn::Max(hn::ConvertTo(kI, hn::Floor(to_floats({low, high}))), hn::Set(kI, 0)),
-                hn::Set(kI, last));
+    const VI cell = hn::Min(hn::Max(nearest_int(hn::Floor(to_floats({low, high}))), hn::Set(kI, 0)),
+                            hn::Set(kI, last));
     axis.base = hn::And(cell, hn::Set(kI, ~3));
     const Doubles base = to_doubles(hn::ConvertTo(kF, axis.base));
     // A start on the outermost plane belongs to the last cell.
@@ -280,15 +279,15 @@ class LaneRays {
       hn::Store(met_.piece.cell[a], kI, found.cell[a] + first_);
       hn::Store(local[a], kF, found.local[a] + first_);
     }
-    MF away = hn::FirstN(kF, 0);
-    const MF without = normals(hit, local, away, *hits);
-    found.away |= bits_of(away) << first_;
+    MF turned = hn::FirstN(kF, 0);
+    const MF without = normals(hit, local, turned, *hits);
+    found.turned |= bits_of(turned) << first_;
     found.without_normal |= bits_of(without) << first_;
   }
 
   // The trilinear blend of central differences, carried into world space. Returns the lanes where
   // it must be looked at more closely: at the volume's border, or where it all but vanishes.
-  HWY_INLINE MF normals(MF hit, const VF (&local)[3], MF& away, HitLanes& hits) {
+  HWY_INLINE MF normals(MF hit, const VF (&local)[3], MF& turned, HitLanes& hits) {
     MI inner = hn::RebindMask(kI, hit);
     for (int a = 0; a < 3; ++a) {
       inner = hn::And(inner, hn::And(hn::Gt(met_.piece.cell[a], hn::Zero(kI)),
@@ -308,14 +307,15 @@ class LaneRays {
       n[row] = hn::Neg(hn::MulAdd(hn::Set(kF, m[2]), gradient[2], sum));
       square = hn::MulAdd(n[row], n[row], square);
     }
-    const VF length = hn::Sqrt(square);
-    for (int row = 0; row < 3; ++row) {
-      hn::Store(hn::Div(n[row], length), kF, hits.normal[row] + first_);
-    }
     // The normal is -M^-T g, so its product with the world direction M d is -g . d.
     VF product = hn::Mul(gradient[0], axis_[0].direction);
     for (int a = 1; a < 3; ++a) product = hn::MulAdd(gradient[a], axis_[a].direction, product);
-    away = hn::And(whole, hn::Lt(product, hn::Zero(kF)));
+    turned = hn::And(whole, hn::Lt(product, hn::Zero(kF)));
+    const VF length = hn::Sqrt(square);
+    const VF to_origin = hn::IfThenElse(turned, hn::Neg(length), length);
+    for (int row = 0; row < 3; ++row) {
+      hn::Store(hn::Div(n[row], to_origin), kF, hits.normal[row] + first_);
+    }
     VF longest = hn::Abs(gradient[0]);
     for (int a = 1; a < 3; ++a) longest = hn::Max(longest, hn::Abs(gradient[a]));
     const MF sound =

@@ -46,9 +46,10 @@ HWY_INLINE MF is_less(const Doubles& a, const Doubles& b) {
 
 // Rounds to the nearest whole number, for |v| < 2^22: added to 1.5 * 2^23, a float has no bits left
 // for a fraction. (Conversions take more than twice as long.)
-HWY_INLINE VI nearest_int(VF v) {
-  const VF magic = hn::Set(kF, 12582912.0f);
-  return hn::Sub(hn::BitCast(kI, hn::Add(v, magic)), hn::BitCast(kI, magic));
+template <class V, class DF = hn::DFromV<V>, class DI = hn::RebindToSigned<DF>>
+HWY_INLINE hn::Vec<DI> nearest_int(V v) {
+  const V magic = hn::Set(DF(), 12582912.0f);
+  return hn::Sub(hn::BitCast(DI(), hn::Add(v, magic)), hn::BitCast(DI(), magic));
 }
 
 HWY_INLINE MF mask_of(std::uint32_t lanes) {

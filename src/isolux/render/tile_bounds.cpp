@@ -16,15 +16,16 @@ struct Range {
   double low, high;
 };
 
-// A sphere around the block that has its centre at the origin of index space, in mm.
-double block_radius(const Mat3& world_from_index) {
-  double radius = 0;
-  for (const double j : {-2.0, 2.0}) {
-    for (const double k : {-2.0, 2.0}) {
-      radius = std::max(radius, length(world_from_index * Vec3{2, j, k}));
+// How far a block reaches from its centre along each axis of camera space, in mm; a rounding more
+// than that.
+Vec3 block_reach(const Mat3& camera_from_index) {
+  Vec3 reach;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int column = 0; column < 3; ++column) {
+      reach[axis] += 2 * std::fabs(camera_from_index.at(axis, column)) * (1 + 1e-6);
     }
   }
-  return radius;
+  return reach;
 }
 
 }  // namespace
@@ -40,17 +41,16 @@ TileBounds::TileBounds(const SkipGrid& skip, const Affine& world_from_index, con
   const Affine camera_from_world = inverse(camera.world_from_camera());
   const Affine camera_from_index{camera_from_world.linear * world_from_index.linear,
                                  camera_from_world.point(world_from_index.offset)};
-  // A rounding more than the sphere needs.
-  const double radius = block_radius(world_from_index.linear) * (1 + 1e-6);
+  const Vec3 reach = block_reach(camera_from_index.linear);
   const double pixels_per_slope = 1 / camera.pixel_size();
   const double middle_x = camera.width() / 2.0, middle_y = camera.height() / 2.0;
   const double slope_x = middle_x / pixels_per_slope, slope_y = middle_y / pixels_per_slope;
 
-  // Where on the picture [c - radius, c + radius] can be seen, for depths of that same sphere.
-  const auto seen = [&](double c, double depth) -> Range {
-    if (camera.is_orthographic()) return {c - radius, c + radius};
-    const double nearest = 1 / (depth - radius), farthest = 1 / (depth + radius);
-    const double low = c - radius, high = c + radius;
+  // Where on the picture a block around c can be seen, along the axis in which it reaches so far.
+  const auto seen = [&](double c, double half, double depth) -> Range {
+    if (camera.is_orthographic()) return {c - half, c + half};
+    const double nearest = 1 / (depth - reach.z), farthest = 1 / (depth + reach.z);
+    const double low = c - half, high = c + half;
     return {low * (low < 0 ? nearest : farthest), high * (high > 0 ? nearest : farthest)};
   };
   const auto tile_of = [&](double pixel, int tiles) {
@@ -67,20 +67,20 @@ TileBounds::TileBounds(const SkipGrid& skip, const Affine& world_from_index, con
       const Vec3 center = camera_from_index.point(
           {4.0 * blocks[n][0] + 2, 4.0 * blocks[n][1] + 2, 4.0 * blocks[n][2] + 2});
       const double depth = -center.z;
-      if (depth + radius <= 0) continue;
-      const auto front = static_cast<float>(std::max(0.0, depth - radius) * (1 - 1e-6));
-      const auto back = static_cast<float>((depth + radius) * (1 + 1e-6));
-      if (!camera.is_orthographic() && depth - radius <= 1e-3 * radius) {
+      if (depth + reach.z <= 0) continue;
+      const auto front = static_cast<float>(std::max(0.0, depth - reach.z) * (1 - 1e-6));
+      const auto back = static_cast<float>((depth + reach.z) * (1 + 1e-6));
+      if (!camera.is_orthographic() && depth - reach.z <= 1e-3 * reach.z) {
         // Beside the eye. Outside one of the picture's four sides it is not seen at all.
-        const auto outside = [&](double c, double slope) {
-          return std::fabs(c) - radius * std::sqrt(1 + slope * slope) > slope * depth;
+        const auto outside = [&](double c, double half, double slope) {
+          return std::fabs(c) - half > slope * (depth + reach.z);
         };
-        if (outside(center.x, slope_x) || outside(center.y, slope_y)) continue;
+        if (outside(center.x, reach.x, slope_x) || outside(center.y, reach.y, slope_y)) continue;
         nearest_everywhere = std::min(nearest_everywhere, front);
         farthest_everywhere = std::max(farthest_everywhere, back);
         continue;
       }
-      const Range x = seen(center.x, depth), y = seen(center.y, depth);
+      const Range x = seen(center.x, reach.x, depth), y = seen(center.y, reach.y, depth);
       const int left = tile_of(middle_x + x.low * pixels_per_slope, tiles_x);
       const int right = tile_of(middle_x + x.high * pixels_per_slope, tiles_x);
       const int top = tile_of(middle_y - y.high * pixels_per_slope, tiles_y);

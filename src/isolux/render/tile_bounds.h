@@ -9,7 +9,8 @@
 namespace isolux {
 
 /// Between which depths the rays of a tile can meet an isosurface, from the blocks of its skip
-/// grid, drawn as spheres. A tile whose `near` is infinite shows nothing of it.
+/// grid, drawn as boxes along the axes of camera space. A tile whose `near` is infinite shows
+/// nothing of it.
 struct TileBounds {
   int tile_size = 0;  ///< pixels along an edge
   int tiles_x = 0;
