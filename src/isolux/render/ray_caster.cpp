@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <limits>
 #include <variant>
 
@@ -46,6 +45,14 @@ class RayCaster::Eye {
   // Whether row y is in the picture.
   bool sees(int y) const { return y < height_; }
 
+  // Whether anything can be met in the 8 x 4 pixels from (x0, y0).
+  bool may_meet(int x0, int y0) const {
+    return std::ranges::any_of(views_, [&](const auto& view) {
+      const auto* iso = std::get_if<IsoView>(&view);
+      return !iso || iso->blocks(x0, y0, width_) != 0;
+    });
+  }
+
   // The 8 x 4 pixels from (x0, y0): the upper or lower half of a tile.
   PacketHits trace(int x0, int y0) const {
     PacketHits nearest;
@@ -82,7 +89,16 @@ class RayCaster::Eye {
     IsoView(const IsoLanes& of, const RayFan& world, const Camera& camera)
         : lanes(&of),
           fan(carried(of.surface().index_from_world(), world)),
-          bounds(of.skip(), of.surface().volume().world_from_index, camera, SurfaceBuffer::kBlock) {
+          bounds(of.skip(), of.surface().volume().world_from_index, camera) {}
+
+    // Which of the two blocks of 4 x 4 pixels from (x0, y0) can show the surface: a bit for each.
+    unsigned blocks(int x0, int y0, int width) const {
+      unsigned blocks = 0;
+      for (int block = 0; block < 2 && x0 + 4 * block < width; ++block) {
+        const std::size_t at = bounds.at(x0 + 4 * block, y0);
+        if (bounds.near[at] <= bounds.far[at]) blocks |= 1u << block;
+      }
+      return blocks;
     }
 
     // How far neighbouring rays are from each other, in index space.
@@ -102,9 +118,10 @@ class RayCaster::Eye {
     HitLanes hits;
     std::uint32_t lanes = 0;
     float nearest_t = std::numeric_limits<float>::infinity();
-    for (int block = 0; block < 2 && x0 + 4 * block < width_; ++block) {
+    const unsigned blocks = view.blocks(x0, y0, width_);
+    for (int block = 0; block < 2; ++block) {
+      if (!(blocks >> block & 1)) continue;
       const std::size_t at = view.bounds.at(x0 + 4 * block, y0);
-      if (view.bounds.near[at] > view.bounds.far[at]) continue;
       lanes |= 0xFFFFu << (16 * block);
       nearest_t = std::min(nearest_t, view.bounds.near[at]);
       std::fill_n(rays.begin + 16 * block, 16, view.bounds.near[at]);
@@ -163,14 +180,11 @@ class RayCaster::Eye {
     double origin[3][kLanes], direction[3][kLanes];
     set_rays(world_, x0, y0, origin, direction);
     const auto& [dx, dy, dz] = direction;
-    double scale[kLanes];
-    for (int n = 0; n < kLanes; ++n) {
-      scale[n] = std::sqrt(dx[n] * dx[n] + dy[n] * dy[n] + dz[n] * dz[n]);
-    }
     for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
-      hits.t[n] *= scale[n];
-      hits.face(n, {dx[n], dy[n], dz[n]});
+      const Vec3 towards{dx[n], dy[n], dz[n]};
+      hits.t[n] *= length(towards);
+      hits.face(n, towards);
     }
   }
 
@@ -230,7 +244,7 @@ std::uint64_t RayCaster::cast_tile(const Eye& eye, std::size_t tile, SurfaceBuff
   buffer.hits[tile] = 0;
   for (std::size_t half = 0; half < 2; ++half) {
     const int y = y0 + static_cast<int>(4 * half);
-    if (!eye.sees(y)) continue;
+    if (!eye.sees(y) || !eye.may_meet(x0, y)) continue;
     const PacketHits hits = eye.trace(x0, y);
     if (hits.hit == 0) continue;
     buffer.hits[tile] |= std::uint64_t{hits.hit} << (32 * half);

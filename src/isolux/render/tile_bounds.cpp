@@ -30,10 +30,9 @@ Vec3 block_reach(const Mat3& camera_from_index) {
 
 }  // namespace
 
-TileBounds::TileBounds(const SkipGrid& skip, const Affine& world_from_index, const Camera& camera,
-                       int pixels)
-    : tile_size(pixels), tiles_x((camera.width() + tile_size - 1) / tile_size) {
-  const int tiles_y = (camera.height() + tile_size - 1) / tile_size;
+TileBounds::TileBounds(const SkipGrid& skip, const Affine& world_from_index, const Camera& camera)
+    : tiles_x((camera.width() + kPixels - 1) / kPixels) {
+  const int tiles_y = (camera.height() + kPixels - 1) / kPixels;
   const auto count = static_cast<std::size_t>(tiles_x) * static_cast<std::size_t>(tiles_y);
   near.assign(count, kInfinity);
   far.assign(count, 0);
@@ -46,21 +45,14 @@ TileBounds::TileBounds(const SkipGrid& skip, const Affine& world_from_index, con
   const double middle_x = camera.width() / 2.0, middle_y = camera.height() / 2.0;
   const double slope_x = middle_x / pixels_per_slope, slope_y = middle_y / pixels_per_slope;
 
-  // Where on the picture a block around c can be seen, along the axis in which it reaches so far.
-  const auto seen = [&](double c, double half, double depth) -> Range {
-    if (camera.is_orthographic()) return {c - half, c + half};
-    const double nearest = 1 / (depth - reach.z), farthest = 1 / (depth + reach.z);
-    const double low = c - half, high = c + half;
-    return {low * (low < 0 ? nearest : farthest), high * (high > 0 ? nearest : farthest)};
-  };
   const auto tile_of = [&](double pixel, int tiles) {
-    return static_cast<int>(
-        std::clamp(std::floor(pixel / tile_size), -1.0, static_cast<double>(tiles)));
+    const double tile = std::clamp(pixel / kPixels, -1.0, static_cast<double>(tiles));
+    return static_cast<int>(tile + 1) - 1;
   };
 
   std::mutex merging;
   const std::vector<SkipGrid::Block>& blocks = skip.blocks();
-  parallel_for(blocks.size(), blocks.size() / 8 + 1, [&](std::size_t begin, std::size_t end) {
+  parallel_for(blocks.size(), blocks.size() / 4 + 1, [&](std::size_t begin, std::size_t end) {
     std::vector<float> nearest(count, kInfinity), farthest(count, 0);
     float nearest_everywhere = kInfinity, farthest_everywhere = 0;
     for (std::size_t n = begin; n < end; ++n) {
@@ -80,7 +72,15 @@ TileBounds::TileBounds(const SkipGrid& skip, const Affine& world_from_index, con
         farthest_everywhere = std::max(farthest_everywhere, back);
         continue;
       }
-      const Range x = seen(center.x, reach.x, depth), y = seen(center.y, reach.y, depth);
+      // Where on the picture the block can be seen, as slopes (orthographic: in mm).
+      const double nearest_scale = camera.is_orthographic() ? 1 : 1 / (depth - reach.z);
+      const double farthest_scale = camera.is_orthographic() ? 1 : 1 / (depth + reach.z);
+      const auto seen = [&](double c, double half) -> Range {
+        const double low = c - half, high = c + half;
+        return {low * (low < 0 ? nearest_scale : farthest_scale),
+                high * (high > 0 ? nearest_scale : farthest_scale)};
+      };
+      const Range x = seen(center.x, reach.x), y = seen(center.y, reach.y);
       const int left = tile_of(middle_x + x.low * pixels_per_slope, tiles_x);
       const int right = tile_of(middle_x + x.high * pixels_per_slope, tiles_x);
       const int top = tile_of(middle_y - y.high * pixels_per_slope, tiles_y);
