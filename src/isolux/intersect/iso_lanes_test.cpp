@@ -280,6 +280,60 @@ TEST(IsoLanes, agree_with_the_oracle_on_the_sphere_and_from_inside_it) {
   EXPECT_EQ(inside.hits, inside.rays);  // nothing escapes from a closed shape
 }
 
+// 8 x 4 pixels after 8 x 4 pixels, each from another eye: from afar or from inside, with rays that
+// spread or run along an axis, from a tenth of a cell to two cells apart.
+class RaysOfPixels {
+ public:
+  RaysOfPixels(const std::array<int, 3>& dims, unsigned seed) : dims_(dims), random_(dims, seed) {}
+
+  Ray operator()() {
+    if (pixel_ == 0) look_from_elsewhere();
+    const int x = (pixel_ & 3) + (pixel_ >> 4 << 2), y = pixel_ >> 2 & 3;
+    pixel_ = (pixel_ + 1) % RayLanes::kCount;
+    return {first_.origin + x * origin_x_ + y * origin_y_,
+            first_.direction + x * direction_x_ + y * direction_y_};
+  }
+
+ private:
+  void look_from_elsewhere() {
+    first_ = random_();
+    origin_x_ = origin_y_ = direction_x_ = direction_y_ = {};
+    const double apart = std::pow(10, -1 + 1.3 * random_.uniform());
+    const Vec3 x{random_.uniform() - 0.5, random_.uniform() - 0.5, random_.uniform() - 0.5};
+    const Vec3 y{random_.uniform() - 0.5, random_.uniform() - 0.5, random_.uniform() - 0.5};
+    if (random_.integer() % 3 != 0) {
+      direction_x_ = apart / 30 * x;
+      direction_y_ = apart / 30 * y;
+      if (random_.integer() % 2 == 0) first_.origin = first_.origin + 30.0 * first_.direction;
+      return;
+    }
+    const int axis = static_cast<int>(random_.integer() % 3);
+    first_.direction = {};
+    first_.direction[axis] = random_.integer() % 2 == 0 ? 1 : -1;
+    for (int a = 0; a < 3; ++a)
+      first_.origin[a] = random_.integer() % dims_[static_cast<std::size_t>(a)];
+    first_.origin[axis] = -100 * first_.direction[axis];
+    origin_x_[(axis + 1) % 3] = random_.integer() % 2 == 0 ? 0.5 : apart;
+    origin_y_[(axis + 2) % 3] = random_.integer() % 2 == 0 ? -0.5 : apart;
+  }
+
+  std::array<int, 3> dims_;
+  RandomRays random_;
+  int pixel_ = 0;
+  Ray first_;
+  Vec3 origin_x_, origin_y_, direction_x_, direction_y_;
+};
+
+TEST(IsoLanes, agree_on_the_rays_of_neighbouring_pixels) {
+  const std::array<int, 3> dims{21, 18, 27};
+  expect_agreement(
+      compare(random_volume<std::uint8_t>(dims, 51, 0, 256), 230.5, 3000, RaysOfPixels(dims, 52)));
+  expect_agreement(
+      compare(random_volume<float>(dims, 53, -1, 1), 0.8, 3000, RaysOfPixels(dims, 54)));
+  const Volume head = head_phantom(40);
+  expect_agreement(compare(head, 300, 3000, RaysOfPixels(head.dims, 55)));
+}
+
 TEST(IsoLanes, agree_on_thin_sheets_along_a_diagonal) {
   // Voxels with i == j are above, all others below: both crossings lie in one cell.
   Volume sheet;
