@@ -104,5 +104,29 @@ TEST_F(SessionTest, going_back_to_an_older_scene_gives_the_older_picture) {
   EXPECT_EQ(rerun(), kLighting);
 }
 
+TEST_F(SessionTest,
+       with_shadows_a_lamp_that_moves_reruns_shadows_and_one_that_changes_colour_none) {
+  document_["shadows"] = "on";
+  EXPECT_EQ(rerun(), (Session::Counters{1, 1, 1, 1, 1}));
+  document_["light"][0]["at"] = {30, -60, 57};
+  EXPECT_EQ(rerun(), (Session::Counters{0, 0, 1, 1, 1}));
+  document_["light"][0]["color"] = {1, 0.5, 0.2};
+  EXPECT_EQ(rerun(), kLighting);
+  document_["shadows"] = "off";
+  EXPECT_EQ(rerun(), kLighting);
+}
+
+TEST_F(SessionTest, opacity_and_mirrors_rerun_visibility_and_a_lamp_behind_them_does_not) {
+  rerun();
+  document_["surface"][0]["opacity"] = 0.5;
+  EXPECT_EQ(rerun(), kVisibility);
+  document_["surface"][1]["kr"] = {0.5, 0.5, 0.5};
+  EXPECT_EQ(rerun(), kVisibility);
+  document_["light"][0]["at"] = {30, -60, 57};
+  EXPECT_EQ(rerun(), kLighting);
+  document_["mirror-depth"] = 1;
+  EXPECT_EQ(rerun(), kVisibility);
+}
+
 }  // namespace
 }  // namespace isolux
