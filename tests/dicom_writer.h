@@ -34,10 +34,12 @@ class DicomWriter {
     for (const std::uint16_t value : values) number(value, 2);
     return *this;
   }
-  /// Encoded pixels: an empty table of offsets, and a piece for each frame.
-  DicomWriter& encoded(const std::vector<std::string>& pieces) {
+  /// Encoded pixels: a table of offsets, which may be empty, and pieces.
+  DicomWriter& encoded(const std::vector<std::string>& pieces,
+                       const std::vector<std::uint32_t>& offsets = {}) {
     number(0x7fe0, 2).number(0x10, 2).raw("OB").number(0, 2).number(0xffffffff, 4);
-    number(0xfffe, 2).number(0xe000, 2).number(0, 4);
+    number(0xfffe, 2).number(0xe000, 2).number(4 * offsets.size(), 4);
+    for (const std::uint32_t offset : offsets) number(offset, 4);
     for (const std::string& piece : pieces) {
       number(0xfffe, 2).number(0xe000, 2).number(piece.size(), 4).raw(piece);
     }

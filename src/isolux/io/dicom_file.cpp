@@ -24,7 +24,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DicomFile, path, fault, instance_uid, series_
                                    modality, date, units, segments, transfer_syntax, photometric,
                                    series_number, instance_number, columns, rows, samples,
                                    frame_count, packing, padding, remarks, frames, start,
-                                   pixel_offset, swapped_bytes)
+                                   pixel_offset, swapped_bytes, is_in_pieces)
 
 namespace {
 
@@ -154,20 +154,24 @@ void read_encoded(const DicomFile& file, std::size_t begin, std::size_t end, con
                     "its pixels " + why + " (transfer syntax " + file.transfer_syntax + ")",
                     "is the file complete?");
   };
-  const double promised = file.voxel_count() * std::max(8, file.packing.bits_allocated) / 8;
+  const std::size_t first = file.is_in_pieces ? begin : 0;  // else all come
+  const double frame_voxels = 1.0 * file.columns * file.rows;
+  const double promised = frame_voxels * static_cast<double>(end - first) *
+                          std::max(8, file.packing.bits_allocated) / 8;
   check_memory(promised, file.path);
   const FenceLimits limits{.seconds = 10 + promised / 4e6,
                            .memory = 512e6 + 4 * promised + 2 * size_of(file.path)};
   const std::size_t voxels = static_cast<std::size_t>(file.columns) * file.rows;
   try {
-    Fence fence(limits, [&](FenceOutput& output) { decode_dicom_pixels(file, output); });
+    Fence fence(limits,
+                [&](FenceOutput& output) { decode_dicom_pixels(file, first, end, output); });
     if (const std::string why = fence.receive_text(); !why.empty()) fail(why);
     PixelPacking packing;
     fence.receive(&packing, sizeof packing);
     const auto bits = static_cast<std::size_t>(packing.bits_allocated);
     if (!is_sound(packing) || voxels * bits % 8 != 0) fail("are packed in an unknown way");
     std::vector<char> packed(voxels * bits / 8);
-    for (std::size_t frame = 0; frame < end; ++frame) {
+    for (std::size_t frame = first; frame < end; ++frame) {
       fence.receive(packed.data(), packed.size());
       if (frame >= begin) use(frame, packing, packed.data(), 0);
     }

@@ -40,11 +40,17 @@ struct DicomFile {
   std::size_t start = 0;           ///< as dicom_start tells
   long long pixel_offset = -1;     ///< of uncompressed pixels in the file; -1: must be decoded
   int swapped_bytes = 1;           ///< groups to reverse in uncompressed pixels; 1: none
+  bool is_in_pieces = false;       ///< its encoded frames lie apart, as encapsulated pieces
 
   bool is_plain() const { return pixel_offset >= 0; }
   /// Whether it is an image at all, if a damaged one.
   bool has_image() const { return columns != 0 || rows != 0; }
   const DicomFrame& frame(std::size_t n) const { return frames.size() > 1 ? frames[n] : frames[0]; }
+  /// How many frames read_dicom_frames reads in about the time and memory of one. What is encoded
+  /// in pieces needs a child process; what is deflated can only be had whole.
+  std::size_t frames_at_a_stroke() const {
+    return is_plain() ? 1 : is_in_pieces ? 16 : static_cast<std::size_t>(frame_count);
+  }
   double voxel_count() const { return 1.0 * columns * rows * static_cast<double>(frame_count); }
 };
 

@@ -284,9 +284,10 @@ Spacing spacing_of(const std::string& name, const std::vector<Place>& places,
   }
   if (widest > kWidestUnequalGap * usual) refuse();
   const Spacing spacing = unequal(gaps, usual);
+  const std::string wide = named_gaps(places, std::fmax(1.1 * usual, (usual + widest) / 2));
   notes.push_back("slices lie unequally far apart, " + mm(sorted.front()) + " to " + mm(widest) +
-                  ": resampled linearly to " + mm(spacing.step_mm) + "; the widest gaps are " +
-                  named_gaps(places, (usual + widest) / 2));
+                  ": resampled linearly to " + mm(spacing.step_mm) +
+                  (wide.empty() ? "" : "; the widest gaps are " + wide));
   return spacing;
 }
 

@@ -158,32 +158,5 @@ TEST_F(DicomKinds, colours_and_lookup_tables_are_refused_by_name) {
                  "Modality LUT");
 }
 
-// A frame of two pixels in RLE: a header of 64 bytes, then the upper and the lower bytes, each as a
-// literal run of two.
-std::string run_lengths(int first, int second) {
-  std::string bytes(64, '\0');
-  bytes[0] = 2;   // segments
-  bytes[4] = 64;  // where they begin
-  bytes[8] = 68;
-  for (const int shift : {8, 0}) {
-    bytes += std::string{1, static_cast<char>(first >> shift), static_cast<char>(second >> shift),
-                         '\x80'};  // 1: two bytes follow; 0x80: nothing
-  }
-  return bytes;
-}
-
-TEST_F(DicomKinds, compressed_frames_are_decoded_one_at_a_time_and_a_damaged_one_is_told) {
-  const auto written = [&](const std::string& second) {
-    const std::string path = (folder_ / "a").string();
-    image("CT", "3", 16)
-        .encoded({run_lengths(1, 2), second, run_lengths(5, 777)})
-        .write(path, "1.2.840.10008.1.2.5");
-    return path;
-  };
-  EXPECT_EQ(read_input({written(run_lengths(3, 4)), {}}).volume->voxels,
-            VoxelArray(std::vector<std::uint16_t>{1, 2, 3, 4, 5, 777}));
-  EXPECT_THROW(read_input({written("no run lengths at all, but 40 bytes of text"), {}}), WorkError);
-}
-
 }  // namespace
 }  // namespace isolux

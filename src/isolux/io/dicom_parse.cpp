@@ -269,7 +269,8 @@ void find_pixels(const gdcm::Reader& reader, std::istream& stream, DicomFile& fi
     file.fault = kNoImage;
     return;
   }
-  if (syntax.IsEncapsulated()) return;
+  file.is_in_pieces = syntax.IsEncapsulated();
+  if (file.is_in_pieces) return;
   std::uint32_t length = 0;
   for (int n = 0; n < 4; ++n) {
     const auto byte = static_cast<unsigned char>(head[is_big ? 8 + n : 11 - n]);
@@ -464,18 +465,70 @@ class OneFrame : public gdcm::ImageReader {
   }
 };
 
-// Of several frames, where each is one piece: one at a time, so that neither the encoded nor the
-// decoded pixels are ever whole in memory. False where the pieces are not the frames.
-bool send_one_by_one(const DicomFile& file, FrameSender& sender) {
+// The number in a table of offsets.
+std::uint32_t offset_at(const std::string& table, std::size_t n) {
+  std::uint32_t offset = 0;
+  for (std::size_t byte = 4; byte-- > 0;) {
+    offset = offset << 8 | static_cast<unsigned char>(table[4 * n + byte]);
+  }
+  return offset;
+}
+
+std::string bytes_at(std::istream& stream, const Fragment& fragment, std::size_t most) {
+  std::string bytes(std::min<std::size_t>(fragment.length, most), '\0');
+  stream.clear();
+  stream.seekg(fragment.begin);
+  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(stream.gcount(), 0)));
+  return bytes;
+}
+
+// Whether a picture in JPEG, JPEG-LS or JPEG 2000 begins here.
+bool begins_a_picture(const std::string& bytes) {
+  return bytes.starts_with("\xff\xd8\xff") || bytes.starts_with("\xff\x4f\xff\x51");
+}
+
+// The numbers of the pieces that frames begin with, and behind them that of the end: a piece a
+// frame, else as the table of offsets says, else where pictures begin. Empty where none of these
+// makes `count` frames.
+std::vector<std::size_t> frame_starts(std::istream& stream, const std::vector<Fragment>& items,
+                                      std::size_t count) {
+  if (items.size() < count + 1) return {};
+  std::vector<std::size_t> starts;
+  if (items.size() == count + 1) {
+    for (std::size_t n = 1; n <= items.size(); ++n) starts.push_back(n);
+    return starts;
+  }
+  const std::string table = bytes_at(stream, items[0], 4 * count);
+  for (std::size_t n = 1; n < items.size() && table.size() == 4 * count; ++n) {
+    const std::streamoff offset = items[n].begin - items[1].begin;
+    if (starts.size() < count && offset == offset_at(table, starts.size())) starts.push_back(n);
+  }
+  if (starts.size() != count) {
+    starts.clear();
+    for (std::size_t n = 1; n < items.size(); ++n) {
+      if (begins_a_picture(bytes_at(stream, items[n], 4))) starts.push_back(n);
+    }
+  }
+  if (starts.size() != count || starts[0] != 1) return {};
+  starts.push_back(items.size());
+  return starts;
+}
+
+// Sends frames [begin, end) one at a time, so that neither the encoded nor the decoded pixels are
+// ever whole in memory. GDCM is given files of one frame, made in memory.
+void send_one_by_one(const DicomFile& file, std::size_t begin, std::size_t end,
+                     FrameSender& sender) {
   const std::unique_ptr<std::istream> stream = open(file.path, file.start);
   gdcm::Reader header;
   header.SetStream(*stream);
-  if (file.frame_count < 2 || !header.ReadUpToTag(kPixelData, {kPixelData})) return false;
+  if (!header.ReadUpToTag(kPixelData, {kPixelData})) return sender.fail("cannot be found");
   const gdcm::TransferSyntax& syntax = header.GetFile().GetHeader().GetDataSetTransferSyntax();
-  if (!syntax.IsEncapsulated()) return false;
-  const auto begin = static_cast<std::streamoff>(header.GetStreamCurrentPosition());
-  const std::vector<Fragment> fragments = fragments_at(*stream, begin);
-  if (static_cast<long long>(fragments.size()) != file.frame_count + 1) return false;
+  const std::vector<Fragment> items =
+      fragments_at(*stream, static_cast<std::streamoff>(header.GetStreamCurrentPosition()));
+  const std::vector<std::size_t> starts =
+      frame_starts(*stream, items, static_cast<std::size_t>(file.frame_count));
+  if (starts.empty()) return sender.fail("are in pieces that do not make its frames");
   const gdcm::SmartPointer<gdcm::File> frame_file = new gdcm::File;
   frame_file->GetHeader().SetDataSetTransferSyntax(syntax);
   for (const gdcm::DataElement& element : header.GetFile().GetDataSet().GetDES()) {
@@ -484,39 +537,34 @@ bool send_one_by_one(const DicomFile& file, FrameSender& sender) {
       frame_file->GetDataSet().Insert(element);
     }
   }
-  std::vector<char> encoded;
-  for (std::size_t n = 1; n < fragments.size(); ++n) {
-    encoded.resize(fragments[n].length);
-    stream->clear();
-    stream->seekg(fragments[n].begin);
-    stream->read(encoded.data(), static_cast<std::streamsize>(encoded.size()));
-    if (!*stream) {
-      sender.fail("are cut short");
-      return true;
+  for (std::size_t frame = begin; frame < end; ++frame) {
+    std::string encoded;
+    std::size_t length = 0;
+    for (std::size_t n = starts[frame]; n < starts[frame + 1]; ++n) {
+      encoded += bytes_at(*stream, items[n], items[n].length);
+      length += items[n].length;
     }
+    if (encoded.size() != length) return sender.fail("are cut short");
     gdcm::Fragment piece;
-    piece.SetByteValue(encoded.data(), gdcm::VL(fragments[n].length));
+    piece.SetByteValue(encoded.data(), gdcm::VL(static_cast<std::uint32_t>(length)));
     const gdcm::SmartPointer<gdcm::SequenceOfFragments> pieces = new gdcm::SequenceOfFragments;
     pieces->AddFragment(piece);
     gdcm::DataElement pixels(kPixelData, 0xffffffff, gdcm::VR::OB);
     pixels.SetValue(*pieces);
     frame_file->GetDataSet().Replace(pixels);
-    OneFrame frame;
+    OneFrame one;
     const std::string why =
-        frame.read(*frame_file) ? sender.send(frame.GetImage(), 1) : "cannot be decoded";
-    if (!why.empty()) {
-      sender.fail(why);
-      return true;
-    }
+        one.read(*frame_file) ? sender.send(one.GetImage(), 1) : "cannot be decoded";
+    if (!why.empty()) return sender.fail(why);
   }
-  return true;
 }
 
 }  // namespace
 
-void decode_dicom_pixels(const DicomFile& file, FenceOutput& output) {
+void decode_dicom_pixels(const DicomFile& file, std::size_t begin, std::size_t end,
+                         FenceOutput& output) {
   FrameSender sender(file, output);
-  if (send_one_by_one(file, sender)) return;
+  if (file.is_in_pieces && file.frame_count > 1) return send_one_by_one(file, begin, end, sender);
   const std::unique_ptr<std::istream> stream = open(file.path, file.start);
   gdcm::ImageReader reader;
   reader.SetStream(*stream);

@@ -14,8 +14,10 @@ namespace isolux {
 /// anything.
 DicomFile parse_dicom_header(const std::string& path, std::size_t start);
 
-/// Decodes all frames and sends them: an empty text (or why it cannot be done), the PixelPacking,
-/// then the voxels; frames that are a piece each one at a time. May throw anything.
-void decode_dicom_pixels(const DicomFile& file, FenceOutput& output);
+/// Decodes frames [begin, end) and sends them: an empty text (or why it cannot be done), the
+/// PixelPacking, then the voxels. One at a time where they are in pieces; else begin must be 0. May
+/// throw anything.
+void decode_dicom_pixels(const DicomFile& file, std::size_t begin, std::size_t end,
+                         FenceOutput& output);
 
 }  // namespace isolux

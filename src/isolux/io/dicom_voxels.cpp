@@ -18,24 +18,54 @@ struct Errand {
   std::size_t file, begin, end;
 };
 
+// Makes layers of the slices that `voxels` begins with, column by column along k, so that no second
+// grid is needed.
+template <typename Voxel>
+void mix(std::vector<Voxel>& voxels, std::size_t slice_count, std::size_t layer_voxels,
+         const std::vector<Layer>& layers) {
+  constexpr std::size_t kPiece = 1024;
+  parallel_for(layer_voxels, kPiece, [&](std::size_t begin, std::size_t end) {
+    const std::size_t width = end - begin;
+    std::vector<Voxel> slices(slice_count * width);
+    for (std::size_t n = 0; n < slice_count; ++n) {
+      std::copy_n(&voxels[n * layer_voxels + begin], width, &slices[n * width]);
+    }
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+      const Voxel* lower = &slices[layers[k].lower * width];
+      const Voxel* upper = &slices[layers[k].upper * width];
+      const double share = layers[k].share_of_upper;
+      Voxel* to = &voxels[k * layer_voxels + begin];
+      for (std::size_t n = 0; n < width; ++n) {
+        const double value =
+            (1 - share) * static_cast<double>(lower[n]) + share * static_cast<double>(upper[n]);
+        to[n] = static_cast<Voxel>(std::is_integral_v<Voxel> ? std::round(value) : value);
+      }
+    }
+  });
+  voxels.resize(layers.size() * layer_voxels);
+}
+
 class Decoder {
  public:
-  // DicomSlice n of `slices` becomes layer n of the voxels.
+  // DicomSlice n of `slices` becomes slice n of the voxels, which `layers` mix, if there are any.
   Decoder(const ReadRequest& request, const std::vector<DicomFile>& files,
-          const std::vector<DicomSlice>& slices)
-      : request_(request), files_(files), layer_of_(files.size()) {
-    for (std::size_t n = 0; n < slices.size(); ++n) layer_of_[slices[n].file][slices[n].frame] = n;
+          const std::vector<DicomSlice>& slices, const std::vector<Layer>& layers)
+      : request_(request),
+        files_(files),
+        slice_of_(files.size()),
+        slice_count_(slices.size()),
+        layers_(layers) {
+    for (std::size_t n = 0; n < slices.size(); ++n) slice_of_[slices[n].file][slices[n].frame] = n;
     for (std::size_t f = 0; f < files.size(); ++f) {
-      if (layer_of_[f].empty()) continue;
-      if (!files[f].is_plain()) {
-        errands_.push_back({f, layer_of_[f].begin()->first, layer_of_[f].rbegin()->first + 1});
-        continue;
+      for (const auto& [frame, slice] : slice_of_[f]) {
+        const bool goes_on = !errands_.empty() && errands_.back().file == f &&
+                             frame - errands_.back().begin < files[f].frames_at_a_stroke();
+        if (!goes_on) errands_.push_back({f, frame, frame});
+        errands_.back().end = frame + 1;
       }
-      for (const auto& [frame, layer] : layer_of_[f]) errands_.push_back({f, frame, frame + 1});
     }
     layer_voxels_ = static_cast<std::size_t>(files[slices[0].file].columns) *
                     static_cast<std::size_t>(files[slices[0].file].rows);
-    layers_ = slices.size();
   }
 
   VoxelArray decode(bool& rounds) const {
@@ -66,7 +96,7 @@ class Decoder {
   template <typename Test>
   bool all(const Test& test) const {
     for (std::size_t f = 0; f < files_.size(); ++f) {
-      for (const auto& [frame, layer] : layer_of_[f]) {
+      for (const auto& [frame, slice] : slice_of_[f]) {
         if (!test(DicomSlice{f, frame}, files_[f], files_[f].frame(frame))) return false;
       }
     }
@@ -76,8 +106,9 @@ class Decoder {
   template <typename Voxel>
   bool fill(VoxelArray& result, bool& rounds) const {
     result = VoxelArray();
-    check_memory(static_cast<double>(layers_ * layer_voxels_) * sizeof(Voxel), request_.name);
-    std::vector<Voxel> voxels(layers_ * layer_voxels_);
+    const std::size_t count = std::max(slice_count_, layers_.size()) * layer_voxels_;
+    check_memory(static_cast<double>(count) * sizeof(Voxel), request_.name);
+    std::vector<Voxel> voxels(count);
     keep_from_fences(voxels.data(), voxels.size() * sizeof(Voxel));
     Progress progress(request_.listener, "reading", errands_.size());
     std::atomic<bool> fits = true, any_rounds = false;
@@ -89,12 +120,12 @@ class Decoder {
       read_dicom_frames(
           file, errand.begin, errand.end,
           [&](std::size_t n, const PixelPacking& packing, const void* packed, std::size_t first) {
-            const auto layer = layer_of_[errand.file].find(n);
-            if (layer == layer_of_[errand.file].end()) return;
+            const auto slice = slice_of_[errand.file].find(n);
+            if (slice == slice_of_[errand.file].end()) return;
             const DicomFrame& frame = file.frame(n);
             if (!unpack(packing, packed, first, layer_voxels_,
                         Rescale{frame.slope, frame.intercept},
-                        &voxels[layer->second * layer_voxels_], rounds_here)) {
+                        &voxels[slice->second * layer_voxels_], rounds_here)) {
               fits = false;
             }
           });
@@ -103,43 +134,27 @@ class Decoder {
     });
     if (!fits) return false;
     rounds = any_rounds;
+    if (!layers_.empty()) mix(voxels, slice_count_, layer_voxels_, layers_);
     result = std::move(voxels);
     return true;
   }
 
   const ReadRequest& request_;
   const std::vector<DicomFile>& files_;
-  std::vector<std::map<std::size_t, std::size_t>> layer_of_;  // of a file: frame -> layer
+  std::vector<std::map<std::size_t, std::size_t>> slice_of_;  // of a file: frame -> slice
+  std::size_t slice_count_;
+  const std::vector<Layer>& layers_;
   std::vector<Errand> errands_;
   std::size_t layer_voxels_ = 0;
-  std::size_t layers_ = 0;
 };
-
-template <typename Voxel>
-std::vector<Voxel> mixed_layers(const Voxels<Voxel>& slices, const std::vector<Layer>& layers,
-                                std::size_t layer_voxels) {
-  std::vector<Voxel> voxels(layers.size() * layer_voxels);
-  parallel_for(layers.size(), 1, [&](std::size_t k, std::size_t) {
-    const Voxel* lower = &slices[layers[k].lower * layer_voxels];
-    const Voxel* upper = &slices[layers[k].upper * layer_voxels];
-    const double share = layers[k].share_of_upper;
-    Voxel* to = &voxels[k * layer_voxels];
-    for (std::size_t n = 0; n < layer_voxels; ++n) {
-      const double value =
-          (1 - share) * static_cast<double>(lower[n]) + share * static_cast<double>(upper[n]);
-      to[n] = static_cast<Voxel>(std::is_integral_v<Voxel> ? std::round(value) : value);
-    }
-  });
-  return voxels;
-}
 
 }  // namespace
 
 VoxelArray read_dicom_slices(const ReadRequest& request, const std::vector<DicomFile>& files,
                              const std::vector<DicomSlice>& slices,
-                             std::vector<std::string>& notes) {
+                             const std::vector<Layer>& layers, std::vector<std::string>& notes) {
   bool rounds = false;
-  VoxelArray voxels = Decoder(request, files, slices).decode(rounds);
+  VoxelArray voxels = Decoder(request, files, slices, layers).decode(rounds);
   if (rounds) notes.push_back("its values are rounded to 32-bit floats");
   return voxels;
 }
@@ -155,17 +170,6 @@ double dicom_bytes_per_voxel_most(const std::vector<DicomFile>& files,
     most = std::max(most, is_kept ? (is_byte ? 1.0 : 2.0) : 4.0);
   }
   return most;
-}
-
-VoxelArray mixed(const std::string& name, const VoxelArray& slices, std::size_t slice_count,
-                 const std::vector<Layer>& layers) {
-  return std::visit(
-      [&]<typename Voxel>(const Voxels<Voxel>& voxels) -> VoxelArray {
-        const std::size_t layer_voxels = voxels.size() / slice_count;
-        check_memory(static_cast<double>(layers.size() * layer_voxels) * sizeof(Voxel), name);
-        return mixed_layers(voxels, layers, layer_voxels);
-      },
-      slices);
 }
 
 }  // namespace isolux

@@ -200,8 +200,7 @@ OpenedInput open_series(const ReadRequest& request, const DicomSeries& series,
   opened.bytes_per_voxel_most = dicom_bytes_per_voxel_most(*files, kept);
   const std::vector<Layer> mix = stack.is_resampled ? stack.layers : std::vector<Layer>{};
   opened.read_voxels = [=](std::vector<std::string>& notes) {
-    const VoxelArray voxels = read_dicom_slices(request, *files, kept, notes);
-    return mix.empty() ? voxels : mixed(request.name, voxels, kept.size(), mix);
+    return read_dicom_slices(request, *files, kept, mix, notes);
   };
   return opened;
 }

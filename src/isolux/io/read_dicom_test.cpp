@@ -9,6 +9,8 @@
 
 #include "dicom_writer.h"
 #include "isolux/base/error.h"
+#include "isolux/base/memory.h"
+#include "isolux/base/number_text.h"
 #include "isolux/io/reader.h"
 #include "shared_data.h"
 
@@ -104,6 +106,56 @@ TEST_F(ReadDicom, a_missing_slice_is_filled_between_its_neighbours) {
     }
   }
   EXPECT_EQ(differing, 1);
+}
+
+// Slices of 64 x 32 at these places, in a folder, whose values grow by 100 a millimetre along z.
+void write_slices(const fs::path& folder, const std::vector<double>& places_mm) {
+  for (std::size_t n = 0; n < places_mm.size(); ++n) {
+    std::vector<std::uint16_t> values;
+    for (int pixel = 0; pixel < 64 * 32; ++pixel) {
+      values.push_back(static_cast<std::uint16_t>(std::lround(100 * places_mm[n]) + pixel));
+    }
+    DicomWriter()
+        .text(0x20, 0x0e, "UI", "1.2.3")
+        .text(0x20, 0x32, "DS", "0\\0\\" + to_text(places_mm[n]))
+        .text(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0")
+        .us(0x02, 1)
+        .text(0x28, 0x04, "CS", "MONOCHROME2")
+        .us(0x10, 32)
+        .us(0x11, 64)
+        .text(0x28, 0x30, "DS", "1\\1")
+        .us(0x100, 16)
+        .us(0x101, 16)
+        .us(0x102, 15)
+        .us(0x103, 0)
+        .pixels(values)
+        .write(folder / std::to_string(n));
+  }
+}
+
+TEST_F(ReadDicom, slices_are_mixed_where_they_lie_without_a_second_grid) {
+  // Missing; first far apart, then close, so that layers run behind the slices and before them;
+  // more slices than layers.
+  for (const std::vector<double>& places : {std::vector<double>{0, 1, 2, 5, 6},
+                                            {0, 2, 4, 5, 6, 7.3, 8.6},
+                                            {0, 0.8, 1.6, 2.4, 3.2, 5, 7, 9, 11},
+                                            {0, 0.3, 1.3, 2.3, 3.3, 3.6, 4.6, 5.6, 6.6, 6.9}}) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    write_slices(folder_, places);
+    const auto layers = static_cast<double>(read(folder_.string()).volume->dims[2]);
+    const double slices = static_cast<double>(places.size());
+    set_memory_limit(1.01 * std::fmax(slices, layers) * 64 * 32 * sizeof(std::uint16_t));
+    const ReadResult result = read(folder_.string());
+    set_memory_limit({});
+    const Volume& volume = *result.volume;
+    const auto& voxels = std::get<Voxels<std::uint16_t>>(volume.voxels);
+    ASSERT_EQ(voxels.size(), static_cast<std::size_t>(layers) * 64 * 32);
+    for (std::size_t n = 0; n < voxels.size(); ++n) {
+      const double z = volume.world_from_index.point({0, 0, static_cast<double>(n / (64 * 32))}).z;
+      ASSERT_NEAR(voxels[n], 100 * z + static_cast<double>(n % (64 * 32)), 0.51) << n;
+    }
+  }
 }
 
 TEST(ReadSharedDicom, an_oblique_mr_lies_as_its_positions_say) {
