@@ -1,10 +1,12 @@
 #include "isolux/render/ray_caster.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <limits>
 #include <variant>
 
+#include "isolux/base/memory.h"
 #include "isolux/base/parallel.h"
 #include "isolux/mesh/mesh_attributes.h"
 #include "isolux/render/further_points.h"
@@ -206,13 +208,18 @@ void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
                      const ProgressListener& listener) const {
   const Eye eye(surfaces_, scene_.visibility, camera);
   prepare(buffer);
+  std::atomic<std::size_t> further = 0;
   Progress progress(listener, "tracing", static_cast<std::size_t>(buffer.tiles_y()));
   parallel_for(static_cast<std::size_t>(buffer.tiles_y()), 1,
                [&](std::size_t begin, std::size_t end) {
                  const auto tiles_x = static_cast<std::size_t>(buffer.tiles_x());
                  for (std::size_t tile = begin * tiles_x; tile < end * tiles_x; ++tile) {
                    cast_tile(eye, tile, buffer);
+                   if (!buffer.further.empty()) further += buffer.further[tile].capacity();
                  }
+                 // Layers of noise may be many.
+                 check_memory(static_cast<double>(further * sizeof(FurtherPoint)),
+                              "what lies behind translucent surfaces and in mirrors");
                  progress.advance(end - begin);
                });
 }
