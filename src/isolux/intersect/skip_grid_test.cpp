@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <set>
 
 #include "isolux/base/parallel.h"
 #include "isolux/volume/cell.h"
@@ -50,6 +51,13 @@ void expect_right(const Volume& volume, double iso) {
         if (bit) full.push_back({i / 4, j / 4, k / 4});
       }
     }
+  }
+  for (int level = 0; level < SkipGrid::kLevels; ++level) {
+    std::set<Block> expected;
+    for (const auto& [x, y, z] : full) expected.insert({x >> level, y >> level, z >> level});
+    const std::vector<Block>& cubes = grid.cubes(level);
+    EXPECT_EQ(cubes.size(), expected.size());
+    EXPECT_EQ(std::set<Block>(cubes.begin(), cubes.end()), expected);
   }
   for (int z = -1; z <= grid.dims()[2]; ++z) {
     for (int y = -1; y <= grid.dims()[1]; ++y) {
