@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "every_instruction_set.h"
 #include "isolux/base/parallel.h"
 #include "isolux/intersect/ray_triangle.h"
 #include "isolux/mesh/extract_isosurface.h"
@@ -75,6 +76,80 @@ TEST(MeshSurface, the_first_hit_is_that_of_trying_all_triangles_to_the_last_bit)
     EXPECT_FALSE(surface.any_hit(ray, 0, found->t));
   }
   EXPECT_GT(hits, 150);
+}
+
+RayLanes in_lanes(const std::vector<Ray>& rays, float begin, float end) {
+  RayLanes lanes;
+  for (std::size_t n = 0; n < RayLanes::kCount; ++n) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lanes.origin[axis][n] = rays[n].origin[axis];
+      lanes.direction[axis][n] = rays[n].direction[axis];
+    }
+    lanes.begin[n] = begin;
+    lanes.end[n] = end;
+  }
+  return lanes;
+}
+
+// What any ray of `lanes` has to meet between begin and end, by trying every triangle.
+std::optional<MeshHit> first_of(const Mesh& mesh, const Ray& ray, double begin, double end) {
+  std::optional<MeshHit> first;
+  for (const MeshHit& hit : all_hits(mesh, ray)) {
+    if (hit.t > begin && hit.t <= end && (!first || hit.t < first->t)) first = hit;
+  }
+  return first;
+}
+
+TEST(MeshSurface, rays_side_by_side_meet_what_trying_all_triangles_finds_on_every_instruction_set) {
+  // A mesh with needles as well: one that is longer than the head, and narrower than Embree's
+  // floats can tell.
+  Mesh mesh = *head();
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const Vec3f& p : {Vec3f{-90, -100, 1}, Vec3f{90, -100, 1}, Vec3f{0, -100, 1.0001f}}) {
+    mesh.positions.push_back(p);
+  }
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  const auto needle = static_cast<std::uint32_t>(mesh.triangles.size() - 1);
+  on_every_instruction_set([&](const std::string& set) {
+    const MeshSurface surface(std::make_shared<const Mesh>(mesh));
+    RandomRays random;
+    int hits_of_needle = 0, hits = 0;
+    for (int packet = 0; packet < 24; ++packet) {
+      const bool runs_together = packet % 2 == 0;  // from one eye; else each its own way
+      const Vec3 eye = 300 * random.direction();
+      std::vector<Ray> rays;
+      for (int n = 0; n < RayLanes::kCount; ++n) {
+        const Vec3 place{30 * random.number(), -100, 1.00005};
+        const Vec3 target = n % 4 == 0 ? place
+                            : n % 4 == 1
+                                ? as_double(mesh.positions[random.below(mesh.positions.size())])
+                                : 50 * random.direction();
+        const Vec3 from = runs_together ? eye : 200 * random.direction();
+        rays.push_back({from, normalize(target - from)});
+      }
+      const float begin = packet % 3 == 0 ? 0 : 150, end = packet % 3 == 2 ? 210 : 1e9f;
+      const std::uint32_t asked = packet == 5 ? 0x00ff00f0 : ~0u;
+      const RayLanes lanes = in_lanes(rays, begin, end);
+      MeshHitLanes found;
+      surface.first_hits(lanes, asked, found);
+      const std::uint32_t occluded = surface.occluded(lanes, asked);
+      EXPECT_EQ(occluded, found.hit);  // no hit lies exactly at the end
+      for (std::size_t n = 0; n < RayLanes::kCount; ++n) {
+        const bool is_asked = asked >> n & 1;
+        const auto wanted = is_asked ? first_of(mesh, rays[n], begin, end) : std::nullopt;
+        ASSERT_EQ(found.hit >> n & 1, wanted.has_value()) << set << " " << packet << " " << n;
+        if (!wanted) continue;
+        ++hits;
+        hits_of_needle += wanted->triangle == needle;
+        EXPECT_EQ(found.hits[n].triangle, wanted->triangle);
+        EXPECT_EQ(found.hits[n].t, wanted->t);
+        EXPECT_EQ(found.hits[n].u, wanted->u);
+        EXPECT_EQ(found.hits[n].v, wanted->v);
+      }
+    }
+    EXPECT_GT(hits, 300);
+    EXPECT_GT(hits_of_needle, 20);
+  });
 }
 
 TEST(MeshSurface, rays_at_vertices_and_edges_of_a_closed_mesh_cross_it_an_even_number_of_times) {

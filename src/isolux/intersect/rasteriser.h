@@ -21,15 +21,20 @@ struct PixelRays {
   Plane origin, direction;
 };
 
-/// For each pixel, row by row, what its ray meets first.
+/// For each pixel, row by row, the triangle that its ray meets first. Where in it, the ray tells
+/// (RayTriangles::in_plane).
 struct RasterBuffer {
   static constexpr std::uint32_t kNothing = 0xffffffff;
 
   int width = 0;
   int height = 0;
   std::vector<std::uint32_t> triangle;  ///< kNothing where there is none
-  std::vector<double> t;                ///< along the pixel's ray
-  std::vector<float> u, v;              ///< the point is (1 - u - v) a + u b + v c
+
+  RasterBuffer() = default;
+  RasterBuffer(int wide, int high)
+      : width(wide),
+        height(high),
+        triangle(static_cast<std::size_t>(wide) * static_cast<std::size_t>(high), kNothing) {}
 
   std::size_t at(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
@@ -46,6 +51,12 @@ struct RasterBuffer {
 /// are those of homogeneous coordinates (Olano and Greer 1997, "Triangle scan conversion using 2D
 /// homogeneous coordinates"): triangles need not be cut where they pass the eye. Two triangles that
 /// share an edge compute the very same numbers for it, but for the sign.
+///
+/// Both is done in lanes: candidates for pixels and edge functions for several triangles at once,
+/// larger triangles for several pixels.
 RasterBuffer rasterise(const Mesh& mesh, const PixelRays& rays);
+
+/// The same, triangle by triangle and pixel by pixel: the oracle of `rasterise`.
+RasterBuffer rasterise_plainly(const Mesh& mesh, const PixelRays& rays);
 
 }  // namespace isolux

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <variant>
 
 #include "isolux/base/parallel.h"
+#include "isolux/intersect/mesh_points.h"
 #include "isolux/mesh/extract_isosurface.h"
-#include "isolux/mesh/mesh_attributes.h"
 #include "isolux/render/mesh_view.h"
 #include "isolux/render/tile_bounds.h"
 
@@ -33,30 +34,34 @@ struct PixelHits {
   void add(const HitLanes& hits, std::int32_t number) {
     for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
-      const std::uint32_t bit = 1u << n;
-      if ((hit & bit) && !(hits.t[n] < t[n])) continue;
-      hit |= bit;
-      turned = (turned & ~bit) | (hits.away & bit);
-      t[n] = hits.t[n];
-      surface[n] = number;
+      if (!is_nearer(n, hits.t[n])) continue;
+      set(n, hits, number);
       point[n] = {};
-      for (int axis = 0; axis < 3; ++axis) {
-        normal[axis][n] = hits.away & bit ? -hits.normal[axis][n] : hits.normal[axis][n];
+    }
+  }
+  void add(const MeshPointLanes& points, const std::uint32_t* triangle, std::int32_t number) {
+    for (std::uint32_t rest = points.met; rest != 0; rest &= rest - 1) {
+      const int n = std::countr_zero(rest);
+      if (is_nearer(n, points.t[n])) {
+        set(n, points, number);
+        point[n] = {triangle[n], points.u[n], points.v[n]};
       }
     }
   }
 
-  // A hit of lane n that is nearer than what it had.
-  void add(int n, std::int32_t number, const MeshHit& hit_there, Vec3 outward, bool away) {
+ private:
+  bool is_nearer(int n, double there) const { return !(hit >> n & 1) || there < t[n]; }
+
+  // What lane n has met, in lanes of one kind or the other.
+  template <typename Lanes>
+  void set(int n, const Lanes& from, std::int32_t number) {
     const std::uint32_t bit = 1u << n;
     hit |= bit;
-    turned = away ? turned | bit : turned & ~bit;
-    t[n] = hit_there.t;
+    turned = (turned & ~bit) | (from.away & bit);
+    t[n] = from.t[n];
     surface[n] = number;
-    point[n] = {hit_there.triangle, static_cast<float>(hit_there.u),
-                static_cast<float>(hit_there.v)};
     for (int axis = 0; axis < 3; ++axis) {
-      normal[axis][n] = static_cast<float>(away ? -outward[axis] : outward[axis]);
+      normal[axis][n] = from.away & bit ? -from.normal[axis][n] : from.normal[axis][n];
     }
   }
 };
@@ -133,17 +138,28 @@ class RayCaster::Eye {
 
   void trace_mesh(const SeenMesh& seen, std::int32_t number, int x0, int y0, std::uint32_t inside,
                   PixelHits& nearest) const {
-    for (std::uint32_t rest = inside; rest != 0; rest &= rest - 1) {
-      const int n = std::countr_zero(rest);
-      const int x = x0 + lane_x(n), y = y0 + lane_y(n);
-      const double t_max =
-          nearest.hit >> n & 1 ? nearest.t[n] : std::numeric_limits<double>::infinity();
-      const auto hit = seen.view.hit(x, y, t_max);
-      if (!hit) continue;
-      const MeshPoint point{hit->triangle, static_cast<float>(hit->u), static_cast<float>(hit->v)};
-      const Vec3 outward = shading_normal(*seen.mesh, point);
-      nearest.add(n, number, *hit, outward, dot(outward, world_.direction.at(x, y)) > 0);
+    int x[kLanes], y[kLanes];
+    for (int n = 0; n < kLanes; ++n) {
+      x[n] = x0 + lane_x(n);
+      y[n] = y0 + lane_y(n);
     }
+    const std::uint32_t wanted = inside & seen.view.possible(x, y);
+    if (wanted == 0) return;
+    RayLanes rays;
+    set_rays(world_, x0, y0, rays);
+    for (int n = 0; n < kLanes; ++n) {
+      rays.begin[n] = 0;
+      rays.end[n] = std::numeric_limits<float>::infinity();
+      if (nearest.hit >> n & 1) {  // as a float that is not before it
+        rays.end[n] = std::nextafter(static_cast<float>(nearest.t[n]), rays.end[n]);
+      }
+    }
+    std::uint32_t triangle[kLanes];
+    const std::uint32_t met = seen.view.triangles(rays, wanted, x, y, triangle);
+    if (met == 0) return;
+    MeshPointLanes points;
+    find_mesh_points(*seen.mesh, rays, triangle, met, points);
+    nearest.add(points, triangle, number);
   }
 
   static void set_rays(const RayFan& fan, int x0, int y0, RayLanes& rays) {
