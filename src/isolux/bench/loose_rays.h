@@ -1,25 +1,31 @@
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "isolux/base/ray.h"
 #include "isolux/intersect/iso_lanes.h"
+#include "isolux/intersect/mesh_surface.h"
 #include "isolux/scene/scene.h"
 
 namespace isolux {
 
-/// An isosurface for rays that belong to no picture.
+/// An isosurface or a mesh for rays that belong to no picture.
 class LooseRays {
  public:
   explicit LooseRays(const SurfaceItem& surface);
 
-  /// How many of the rays (in world space) meet the surface; those that follow each other go
-  /// together, on all threads.
+  /// How many of the rays (in world space) meet the surface, by finding where; those that follow
+  /// each other go together, on all threads.
   std::size_t count_hits(const std::vector<Ray>& rays) const;
+  /// The same number, by finding out whether they do.
+  std::size_t count_shadowed(const std::vector<Ray>& rays) const;
 
  private:
-  Affine index_from_world_;
-  IsoLanes lanes_;
+  Affine surface_from_world_;
+  std::optional<IsoLanes> lanes_;    ///< of an isosurface
+  std::optional<MeshSurface> tree_;  ///< of a mesh
 };
 
 }  // namespace isolux

@@ -23,6 +23,7 @@ class OwnRenderer {
   // Changes. They take no time; what follows from them is done by the steps below.
   void look(const View& view);
   void set_iso(double iso) { scene_.surfaces[0].iso = iso; }
+  void set_visibility(Visibility visibility) { scene_.visibility = visibility; }
   /// The first light becomes a point light of intensity 1 at `at`; nothing: a headlight.
   void set_lamp(std::optional<Vec3> at);
 
@@ -50,5 +51,10 @@ class OwnRenderer {
 
 /// Isosurface `iso` of a volume in white under a headlight, seen from its orbit.
 Scene bench_scene(const std::shared_ptr<const Volume>& volume, double iso, int width, int height);
+/// The same of a mesh.
+Scene bench_scene(const std::shared_ptr<const Mesh>& mesh, int width, int height);
+
+/// From the lowest corner of a surface's box to its highest, in mm.
+Vec3 box_size(const SurfaceItem& surface);
 
 }  // namespace isolux
