@@ -52,11 +52,8 @@ HWY_INLINE MD is_zero(const Vec3D& a) {
 }
 // Zero stays zero.
 HWY_INLINE Vec3D normalized(const Vec3D& a) {
-  const VD largest = hn::Max(hn::Max(hn::Abs(a.x), hn::Abs(a.y)), hn::Abs(a.z));
-  const Vec3D scaled{hn::Div(a.x, largest), hn::Div(a.y, largest), hn::Div(a.z, largest)};
-  const VD size = hn::Sqrt(dot(scaled, scaled));
-  const Vec3D unit{hn::Div(scaled.x, size), hn::Div(scaled.y, size), hn::Div(scaled.z, size)};
-  return if_then_else(is_zero(a), a, unit);
+  const VD per_length = hn::Div(hn::Set(kD, 1.0), hn::Sqrt(dot(a, a)));
+  return if_then_else(is_zero(a), a, per_length * a);
 }
 
 // What vertices carry, by corner and axis, side by side.

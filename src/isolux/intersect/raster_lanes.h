@@ -9,7 +9,7 @@
 
 namespace isolux::raster {
 
-constexpr int kTile = 32;  // pixels along an edge
+constexpr int kTile = RasterBuffer::kTile;
 
 /// A triangle that may have a pixel's centre, and the pixels it may have, both ends included.
 struct Candidate {

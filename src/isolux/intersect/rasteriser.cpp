@@ -29,24 +29,24 @@ class Raster {
         projection_(rays),
         vertices_(projected(mesh, projection_)),
         view_{&projection_, mesh.triangles.data(), vertices_.data()},
-        tiles_x_((rays.width + kTile - 1) / kTile),
-        tiles_y_((rays.height + kTile - 1) / kTile),
         buffer_(rays.width, rays.height) {}
 
   RasterBuffer run() {
     find_all_candidates();
     sort_into_tiles();
-    parallel_for(tile_count(), 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::size_t> filled;
+    for (std::size_t tile = 0; tile < buffer_.tile_count(); ++tile) {
+      if (tile_begin_[tile] < tile_begin_[tile + 1]) filled.push_back(tile);
+    }
+    buffer_.keep_tiles(filled);
+    parallel_for(filled.size(), 1, [&](std::size_t begin, std::size_t end) {
       TileBuffer tile;
-      for (std::size_t n = begin; n < end; ++n) draw_tile(n, tile);
+      for (std::size_t n = begin; n < end; ++n) draw_tile(filled[n], tile);
     });
     return std::move(buffer_);
   }
 
  private:
-  std::size_t tile_count() const {
-    return static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y_);
-  }
   std::size_t chunk_count() const { return (triangles_ + kChunk - 1) / kChunk; }
 
   void find_all_candidates() {
@@ -67,7 +67,7 @@ class Raster {
     for (const Candidate& c : found_[chunk]) {
       for (int ty = c.y0 / kTile; ty <= c.y1 / kTile; ++ty) {
         for (int tx = c.x0 / kTile; tx <= c.x1 / kTile; ++tx) {
-          use(static_cast<std::size_t>(ty) * static_cast<std::size_t>(tiles_x_) +
+          use(static_cast<std::size_t>(ty) * static_cast<std::size_t>(buffer_.tiles_x()) +
                   static_cast<std::size_t>(tx),
               c);
         }
@@ -78,7 +78,7 @@ class Raster {
   // Counts, adds up, fills: each chunk of triangles has its own stretch of each tile's list, so
   // the lists are in order whoever fills them.
   void sort_into_tiles() {
-    const std::size_t tiles = tile_count(), chunks = chunk_count();
+    const std::size_t tiles = buffer_.tile_count(), chunks = chunk_count();
     std::vector<std::size_t> next(chunks * tiles);
     const auto for_each_chunk = [&](const auto& use) {
       parallel_for(chunks, 1, [&](std::size_t begin, std::size_t end) {
@@ -106,19 +106,19 @@ class Raster {
   }
 
   void draw_tile(std::size_t number, TileBuffer& tile) {
-    const int x0 = static_cast<int>(number) % tiles_x_ * kTile;
-    const int y0 = static_cast<int>(number) / tiles_x_ * kTile;
-    const PixelBox area{x0, y0, std::min(x0 + kTile, buffer_.width) - 1,
-                        std::min(y0 + kTile, buffer_.height) - 1};
-    const std::size_t first = tile_begin_[number], count = tile_begin_[number + 1] - first;
-    if (count == 0) return;
+    const int x0 = static_cast<int>(number) % buffer_.tiles_x() * kTile;
+    const int y0 = static_cast<int>(number) / buffer_.tiles_x() * kTile;
+    const PixelBox area{x0, y0, std::min(x0 + kTile, projection_.width()) - 1,
+                        std::min(y0 + kTile, projection_.height()) - 1};
     std::ranges::fill(tile.nearness, -std::numeric_limits<double>::infinity());
     std::ranges::fill(tile.triangle, std::uint64_t{RasterBuffer::kNothing});
-    draw_candidates(view_, in_tiles_.get() + first, count, area, tile);
-    for (int y = area.y0; y <= area.y1; ++y) {
-      const std::uint64_t* row = tile.triangle + (y - y0) * TileBuffer::kRow;
-      std::transform(row, row + (area.x1 - x0 + 1), &buffer_.triangle[buffer_.at(x0, y)],
-                     [](std::uint64_t n) { return static_cast<std::uint32_t>(n); });
+    const std::size_t first = tile_begin_[number];
+    draw_candidates(view_, in_tiles_.get() + first, tile_begin_[number + 1] - first, area, tile);
+    std::uint32_t* to = buffer_.tile(number);
+    for (int y = 0; y < kTile; ++y) {
+      const std::uint64_t* row = tile.triangle + y * TileBuffer::kRow;
+      to = std::transform(row, row + kTile, to,
+                          [](std::uint64_t n) { return static_cast<std::uint32_t>(n); });
     }
   }
 
@@ -126,7 +126,6 @@ class Raster {
   Projection projection_;
   std::vector<Projected> vertices_;
   View view_;
-  int tiles_x_, tiles_y_;
   std::vector<std::vector<Candidate>> found_;  ///< by chunk
   std::vector<std::size_t> tile_begin_;
   std::unique_ptr<Candidate[]> in_tiles_;  ///< tile after tile
@@ -135,14 +134,20 @@ class Raster {
 
 }  // namespace
 
+void RasterBuffer::keep_tiles(const std::vector<std::size_t>& tiles) {
+  for (std::uint32_t n = 0; n < tiles.size(); ++n) place_[tiles[n]] = n;
+  triangles_ = std::make_unique_for_overwrite<std::uint32_t[]>(kPixels * tiles.size());
+}
+
 RasterBuffer rasterise(const Mesh& mesh, const PixelRays& rays) { return Raster(mesh, rays).run(); }
 
-RasterBuffer rasterise_plainly(const Mesh& mesh, const PixelRays& rays) {
+std::vector<std::uint32_t> rasterise_plainly(const Mesh& mesh, const PixelRays& rays) {
   const Projection projection(rays);
   const std::vector<Projected> vertices = projected(mesh, projection);
   const View view{&projection, mesh.triangles.data(), vertices.data()};
-  RasterBuffer buffer(rays.width, rays.height);
-  std::vector<double> nearest(buffer.triangle.size(), -std::numeric_limits<double>::infinity());
+  const auto pixels = static_cast<std::size_t>(rays.width) * static_cast<std::size_t>(rays.height);
+  std::vector<std::uint32_t> nearest_triangle(pixels, RasterBuffer::kNothing);
+  std::vector<double> nearest(pixels, -std::numeric_limits<double>::infinity());
   for (std::uint32_t triangle = 0; triangle < mesh.triangles.size(); ++triangle) {
     const auto corners = corners_of(view, triangle);
     const PixelBox box = projection.box(corners);
@@ -151,15 +156,16 @@ RasterBuffer rasterise_plainly(const Mesh& mesh, const PixelRays& rays) {
     for (int y = box.y0; y <= box.y1; ++y) {
       for (int x = box.x0; x <= box.x1; ++x) {
         const double nearness = functions.nearness.at(x, y);
-        const std::size_t at = buffer.at(x, y);
+        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(rays.width) +
+                        static_cast<std::size_t>(x);
         if (!functions.covers(x, y) || !(nearness > nearest[at])) continue;
         if (projection.is_orthographic() && nearness >= 0) continue;  // behind the eye's plane
         nearest[at] = nearness;
-        buffer.triangle[at] = triangle;
+        nearest_triangle[at] = triangle;
       }
     }
   }
-  return buffer;
+  return nearest_triangle;
 }
 
 }  // namespace isolux

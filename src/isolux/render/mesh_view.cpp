@@ -26,14 +26,15 @@ raster::PixelBox pixels_of(const Mesh& mesh, const PixelRays& rays) {
     const raster::Projected corner =
         projection(as_float({n & 1 ? box.high.x : box.low.x, n & 2 ? box.high.y : box.low.y,
                              n & 4 ? box.high.z : box.low.z}));
-    if (!(corner.depth > 0)) return {0, 0, rays.width - 1, rays.height - 1};
-    const auto pixel = [](double at, int count) {
+    if (!(corner.z > 0)) return {0, 0, rays.width - 1, rays.height - 1};
+    const auto whole = [](double at, int count) {
       return static_cast<int>(std::clamp(at, -2.0, count + 2.0));
     };
-    pixels.x0 = std::min(pixels.x0, pixel(corner.x, rays.width) - 1);
-    pixels.y0 = std::min(pixels.y0, pixel(corner.y, rays.height) - 1);
-    pixels.x1 = std::max(pixels.x1, pixel(corner.x, rays.width) + 1);
-    pixels.y1 = std::max(pixels.y1, pixel(corner.y, rays.height) + 1);
+    const auto [x, y] = projection.pixel(corner);
+    pixels.x0 = std::min(pixels.x0, whole(x, rays.width) - 1);
+    pixels.y0 = std::min(pixels.y0, whole(y, rays.height) - 1);
+    pixels.x1 = std::max(pixels.x1, whole(x, rays.width) + 1);
+    pixels.y1 = std::max(pixels.y1, whole(y, rays.height) + 1);
   }
   return pixels;
 }
@@ -47,13 +48,11 @@ MeshView::MeshView(const Mesh& mesh, const Camera& camera)
     : raster_(rasterise(mesh, pixel_rays(camera))) {}
 
 std::uint32_t MeshView::possible(const int* x, const int* y) const {
+  if (!surface_) return raster_.is_empty_at(x[0], y[0]) ? 0 : ~0u;
   std::uint32_t lanes = 0;
   for (int n = 0; n < RayLanes::kCount; ++n) {
-    const bool is_possible =
-        surface_ ? x[n] >= box_.x0 && x[n] <= box_.x1 && y[n] >= box_.y0 && y[n] <= box_.y1
-                 : x[n] < raster_.width && y[n] < raster_.height &&
-                       raster_.triangle[raster_.at(x[n], y[n])] != RasterBuffer::kNothing;
-    lanes |= std::uint32_t{is_possible} << n;
+    const bool is_inside = x[n] >= box_.x0 && x[n] <= box_.x1 && y[n] >= box_.y0 && y[n] <= box_.y1;
+    lanes |= std::uint32_t{is_inside} << n;
   }
   return lanes;
 }
@@ -66,11 +65,13 @@ std::uint32_t MeshView::triangles(const RayLanes& rays, std::uint32_t lanes, con
     for (int n = 0; n < RayLanes::kCount; ++n) triangle[n] = hits.hits[n].triangle;
     return hits.hit;
   }
+  std::uint32_t met = 0;
   for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
     const int n = std::countr_zero(rest);
-    triangle[n] = raster_.triangle[raster_.at(x[n], y[n])];
+    triangle[n] = raster_.triangle(x[n], y[n]);
+    if (triangle[n] != RasterBuffer::kNothing) met |= 1u << n;
   }
-  return lanes;
+  return met;
 }
 
 }  // namespace isolux

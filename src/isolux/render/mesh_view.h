@@ -19,7 +19,7 @@ class MeshView {
   /// Rasterises.
   MeshView(const Mesh& mesh, const Camera& camera);
 
-  /// Of a block of pixels, lane n is (x[n], y[n]), those that may show the mesh.
+  /// Of a block of 8 x 4 pixels, lane n is (x[n], y[n]), those that may show the mesh.
   std::uint32_t possible(const int* x, const int* y) const;
 
   /// Finds the triangle that each of their eye rays meets before its end;
