@@ -113,6 +113,8 @@ std::vector<Work> mesh_works(MeshRenderers& renderers, int turns) {
     works.push_back(frame_work(*renderer, turns));
     works.back().name = name;
   }
+  works.back().others = {
+      {"raycast", [&renderers](int) { return milliseconds([&] { renderers.raycast.frame(); }); }}};
   for (Work& work : ray_works(renderers.raycast, turns)) {
     work.name += " on mesh";
     works.push_back(std::move(work));

@@ -35,7 +35,8 @@ Work extraction_work(const OwnRenderer& of_volume, int turns);
 /// From the mesh to Embree's tree.
 Work tree_work(const MeshRenderers& renderers, int turns);
 
-/// The tree, a frame in each way, and rays of no picture. They keep `renderers`.
+/// The tree, a frame in each way (and both in turns), and rays of no picture. They keep
+/// `renderers`.
 std::vector<Work> mesh_works(MeshRenderers& renderers, int turns);
 
 }  // namespace isolux

@@ -13,13 +13,13 @@
 #include "isolux/base/error.h"
 #include "isolux/base/instruction_set.h"
 #include "isolux/base/parallel.h"
+#include "isolux/intersect/aimed_rays.h"
 #include "isolux/intersect/ray_triangle.h"
-#include "isolux/mesh/mesh_box.h"
 
 namespace isolux {
 namespace {
 
-constexpr int kPacket = 16;  // rays that Embree takes together
+constexpr int kPacket = AimedRays::kCount;
 
 // Embree counts in floats, about the mesh's middle and from where the ray comes near it, so that it
 // is off by some 2^-20 of the mesh's radius at the most. It is asked about more than is wanted, by
@@ -29,30 +29,39 @@ constexpr double kSlack = 2e-5;
 // What the rays of a packet look for, and what they have found; Embree hands it to the functions
 // below, which tell lanes apart by the rays' ids.
 struct Query : RTCIntersectContext {
-  Query() { rtcInitIntersectContext(this); }
-
-  Ray rays[kPacket];
+  const RayLanes& rays;
+  int first;  ///< lane of `rays`
+  AimedRays aimed;
   double t_min[kPacket];  ///< excluded
   double t_max[kPacket];
-  double t_start[kPacket];  ///< where Embree's ray begins, along ours
-  double slack[kPacket];    ///< in t
   MeshHit found[kPacket];
   std::uint32_t hit = 0;
 
-  void set(int lane, const Ray& ray, double after, double until) {
-    rays[lane] = ray;
-    t_min[lane] = after;
-    t_max[lane] = until;
+  Query(const RayLanes& of, int from, std::uint32_t lanes, const MeshBall& ball)
+      : rays(of), first(from) {
+    rtcInitIntersectContext(this);
+    aim(rays, first, lanes, ball, aimed);
+    flags = aimed.run_together ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                               : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    for (int n = 0; n < kPacket; ++n) {
+      t_min[n] = rays.begin[first + n];
+      t_max[n] = rays.end[first + n];
+    }
   }
 
   // Embree's t that is surely not before ours.
   float embree_t(unsigned lane, double t) const {
-    return static_cast<float>(t - t_start[lane] + slack[lane]);
+    return static_cast<float>(t - aimed.t_start[lane] + aimed.slack[lane]);
   }
 
+  RayTriangles triangles(unsigned lane) const {
+    const std::size_t n = static_cast<std::size_t>(first) + lane;
+    return RayTriangles({{rays.origin[0][n], rays.origin[1][n], rays.origin[2][n]},
+                         {rays.direction[0][n], rays.direction[1][n], rays.direction[2][n]}});
+  }
   // Whether the triangle is met, and nearer than what was found; then it is kept.
   bool finds(unsigned lane, std::uint32_t triangle, const std::array<Vec3, 3>& corners) {
-    const auto there = RayTriangles(rays[lane]).hit(corners);
+    const auto there = triangles(lane).hit(corners);
     if (!there || !(there->t > t_min[lane]) || there->t > t_max[lane]) return false;
     MeshHit& nearest = found[lane];
     const bool is_nearer = !(hit >> lane & 1) || there->t < nearest.t ||
@@ -63,26 +72,45 @@ struct Query : RTCIntersectContext {
     return true;
   }
   bool is_occluded(unsigned lane, const std::array<Vec3, 3>& corners) const {
-    const auto there = RayTriangles(rays[lane]).hit(corners);
+    const auto there = triangles(lane).hit(corners);
     return there && there->t > t_min[lane] && there->t < t_max[lane];
   }
 };
 
-// Calls use(query, first lane, lanes of the query) for each sixteen rays that hold wanted ones.
-template <typename Use>
-void for_each_packet(const RayLanes& rays, std::uint32_t lanes, const Use& use) {
-  for (int first = 0; first < RayLanes::kCount; first += kPacket) {
-    const std::uint32_t of_packet = lanes >> first & 0xffff;
-    if (of_packet == 0) continue;
-    Query query;
-    for (int n = 0; n < kPacket; ++n) {
-      const int lane = first + n;
-      const Ray ray{{rays.origin[0][lane], rays.origin[1][lane], rays.origin[2][lane]},
-                    {rays.direction[0][lane], rays.direction[1][lane], rays.direction[2][lane]}};
-      query.set(n, ray, rays.begin[lane], rays.end[lane]);
+// Embree's form of aimed rays. It looks into lanes that are not valid, too.
+struct Packet {
+  alignas(64) int valid[kPacket];
+
+  Packet(const AimedRays& aimed, RTCRay16& to) {
+    const auto copied = [](const float* from, float* there) { std::copy_n(from, kPacket, there); };
+    copied(aimed.origin[0], to.org_x);
+    copied(aimed.origin[1], to.org_y);
+    copied(aimed.origin[2], to.org_z);
+    copied(aimed.direction[0], to.dir_x);
+    copied(aimed.direction[1], to.dir_y);
+    copied(aimed.direction[2], to.dir_z);
+    copied(aimed.until, to.tfar);
+    for (unsigned n = 0; n < kPacket; ++n) {
+      to.tnear[n] = to.time[n] = 0;
+      to.mask[n] = ~0u;
+      to.id[n] = n;
+      to.flags[n] = 0;
+      valid[n] = aimed.valid >> n & 1 ? -1 : 0;
     }
-    use(query, first, of_packet);
   }
+};
+
+// One ray in lane 0, for a piece of it that is no shorter.
+RayLanes alone(const Ray& ray, double t_min, double t_max) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  RayLanes lanes{};
+  for (int axis = 0; axis < 3; ++axis) {
+    lanes.origin[axis][0] = ray.origin[axis];
+    lanes.direction[axis][0] = ray.direction[axis];
+  }
+  lanes.begin[0] = std::nextafter(static_cast<float>(t_min), -kInfinity);
+  lanes.end[0] = std::nextafter(static_cast<float>(t_max), kInfinity);
+  return lanes;
 }
 
 const char* device_options() {
@@ -96,11 +124,10 @@ const char* device_options() {
 // its filter functions.
 class MeshSurface::Tree {
  public:
-  explicit Tree(const Mesh& mesh) : device_(rtcNewDevice(device_options())), mesh_(mesh) {
-    const MeshBox box = box_of(mesh);
-    center_ = 0.5 * (box.low + box.high);
-    radius_ = 0.5 * length(box.high - box.low);
-    slack_ = kSlack * radius_;
+  Tree(const Mesh& mesh, const MeshBox& box)
+      : device_(rtcNewDevice(device_options())), mesh_(mesh) {
+    const double radius = 0.5 * length(box.high - box.low);
+    ball_ = {0.5 * (box.low + box.high), radius, kSlack * radius};
     scene_ = rtcNewScene(device_);
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     add_triangles();
@@ -114,83 +141,31 @@ class MeshSurface::Tree {
   Tree(const Tree&) = delete;
   Tree& operator=(const Tree&) = delete;
 
-  void first_hits(Query& query, std::uint32_t lanes) const {
-    RTCRayHit16 packet{};  // Embree 3.13 looks into lanes that are not valid, too
-    alignas(64) int valid[kPacket];
-    if (!aim(query, lanes, packet.ray, valid)) return;
-    query.flags = go_together(packet.ray, valid) ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-                                                 : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    std::fill_n(packet.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
-    std::fill_n(packet.hit.instID[0], kPacket, RTC_INVALID_GEOMETRY_ID);
-    rtcIntersect16(valid, scene_, &query, &packet);
+  const MeshBall& ball() const { return ball_; }
+
+  void first_hits(Query& query) const {
+    if (query.aimed.valid == 0) return;
+    RTCRayHit16 rays;
+    const Packet packet(query.aimed, rays.ray);
+    std::fill_n(rays.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(rays.hit.instID[0], kPacket, RTC_INVALID_GEOMETRY_ID);
+    rtcIntersect16(packet.valid, scene_, &query, &rays);
   }
 
-  std::uint32_t occluded(Query& query, std::uint32_t lanes) const {
-    RTCRay16 packet{};
-    alignas(64) int valid[kPacket];
-    if (!aim(query, lanes, packet, valid)) return 0;
-    query.flags = go_together(packet, valid) ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-                                             : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    rtcOccluded16(valid, scene_, &query, &packet);
+  std::uint32_t occluded(Query& query) const {
+    if (query.aimed.valid == 0) return 0;
+    RTCRay16 rays;
+    const Packet packet(query.aimed, rays);
+    rtcOccluded16(packet.valid, scene_, &query, &rays);
     std::uint32_t hit = 0;
-    for (int n = 0; n < kPacket; ++n) {
-      if (valid[n] && packet.tfar[n] < 0) hit |= 1u << n;
-    }
-    return hit;
+    for (int n = 0; n < kPacket; ++n) hit |= std::uint32_t{rays.tfar[n] < 0} << n;
+    return hit & query.aimed.valid;
   }
 
  private:
   void release() {
     rtcReleaseScene(scene_);
     rtcReleaseDevice(device_);
-  }
-
-  // Embree's rays for ours, from where they come near the mesh. Whether any does.
-  bool aim(Query& query, std::uint32_t lanes, RTCRay16& to, int* valid) const {
-    bool any = false;
-    const double reach = radius_ + 2 * slack_;
-    for (unsigned n = 0; n < kPacket; ++n) {
-      valid[n] = 0;
-      if (!(lanes >> n & 1)) continue;
-      const Vec3 o = query.rays[n].origin - center_, d = query.rays[n].direction;
-      const double per_square = 1 / dot(d, d), per_length = std::sqrt(per_square);
-      const double nearest = -dot(o, d) * per_square;
-      const double begin = std::max(query.t_min[n], nearest - reach * per_length);
-      const double end = std::min(query.t_max[n], nearest + reach * per_length);
-      if (!(begin <= end)) continue;
-      query.slack[n] = slack_ * per_length;
-      query.t_start[n] = begin - 2 * query.slack[n];
-      const Vec3 start = o + query.t_start[n] * d;
-      to.org_x[n] = static_cast<float>(start.x);
-      to.org_y[n] = static_cast<float>(start.y);
-      to.org_z[n] = static_cast<float>(start.z);
-      to.dir_x[n] = static_cast<float>(d.x);
-      to.dir_y[n] = static_cast<float>(d.y);
-      to.dir_z[n] = static_cast<float>(d.z);
-      to.tnear[n] = 0;
-      to.tfar[n] = query.embree_t(n, end);
-      to.time[n] = 0;
-      to.mask[n] = ~0u;
-      to.id[n] = n;
-      to.flags[n] = 0;
-      valid[n] = -1;
-      any = true;
-    }
-    return any;
-  }
-
-  // Whether Embree should take them through its tree as one: where all run the same way.
-  static bool go_together(const RTCRay16& rays, const int* valid) {
-    bool same[3][2] = {{true, true}, {true, true}, {true, true}};
-    const float* directions[3] = {rays.dir_x, rays.dir_y, rays.dir_z};
-    for (int n = 0; n < kPacket; ++n) {
-      if (!valid[n]) continue;
-      for (int axis = 0; axis < 3; ++axis) {
-        same[axis][0] &= directions[axis][n] >= 0;
-        same[axis][1] &= directions[axis][n] <= 0;
-      }
-    }
-    return std::ranges::all_of(same, [](const bool(&ways)[2]) { return ways[0] || ways[1]; });
   }
 
   std::array<Vec3, 3> corners_of(std::uint32_t triangle) const {
@@ -232,11 +207,11 @@ class MeshSurface::Tree {
     std::vector<Vec3f> vertices;
     vertices.reserve(3 * mesh_.triangles.size());
     for (std::uint32_t n = 0; n < mesh_.triangles.size(); ++n) {
-      const Rimmed rimmed(corners_of(n), slack_);
+      const Rimmed rimmed(corners_of(n), ball_.slack);
       for (std::size_t part = 0; part < rimmed.count; ++part) {
         triangles_.push_back(n);
         for (const Vec3& corner : rimmed.triangles[part]) {
-          vertices.push_back(as_float(corner - center_));
+          vertices.push_back(as_float(corner - ball_.center));
         }
       }
     }
@@ -293,49 +268,58 @@ class MeshSurface::Tree {
   RTCDevice device_;
   RTCScene scene_;
   const Mesh& mesh_;
-  Vec3 center_;
-  double radius_ = 0, slack_ = 0;         ///< mm
+  MeshBall ball_;
   std::vector<std::uint32_t> triangles_;  ///< by Embree's numbers
 };
 
-MeshSurface::MeshSurface(std::shared_ptr<const Mesh> mesh) : mesh_(std::move(mesh)) {
+MeshSurface::MeshSurface(std::shared_ptr<const Mesh> mesh)
+    : mesh_(std::move(mesh)), box_(box_of(*mesh_)) {
   // Embree builds in a mode that takes the smallest numbers for 0, and TBB hands the mode that it
   // finds at its first use to every loop after it: so that use is here.
   parallel_for(1, 1, [](std::size_t, std::size_t) {});
-  tree_ = std::make_unique<Tree>(*mesh_);
+  tree_ = std::make_unique<Tree>(*mesh_, box_);
 }
 MeshSurface::~MeshSurface() = default;
 MeshSurface::MeshSurface(MeshSurface&&) noexcept = default;
 MeshSurface& MeshSurface::operator=(MeshSurface&&) noexcept = default;
 
 std::optional<MeshHit> MeshSurface::first_hit(const Ray& ray, double t_max) const {
-  Query query;
-  query.set(0, ray, 0, t_max);
-  tree_->first_hits(query, 1);
+  const RayLanes lanes = alone(ray, 0, t_max);
+  Query query(lanes, 0, 1, tree_->ball());
+  query.t_min[0] = 0;
+  query.t_max[0] = t_max;
+  tree_->first_hits(query);
   if (query.hit == 0) return std::nullopt;
   return query.found[0];
 }
 
 bool MeshSurface::any_hit(const Ray& ray, double t_min, double t_max) const {
-  Query query;
-  query.set(0, ray, t_min, t_max);
-  return tree_->occluded(query, 1) != 0;
+  const RayLanes lanes = alone(ray, t_min, t_max);
+  Query query(lanes, 0, 1, tree_->ball());
+  query.t_min[0] = t_min;
+  query.t_max[0] = t_max;
+  return tree_->occluded(query) != 0;
 }
 
 void MeshSurface::first_hits(const RayLanes& rays, std::uint32_t lanes, MeshHitLanes& hits) const {
   hits.hit = 0;
-  for_each_packet(rays, lanes, [&](Query& query, int first, std::uint32_t of_packet) {
-    tree_->first_hits(query, of_packet);
+  for (int first = 0; first < RayLanes::kCount; first += kPacket) {
+    Query query(rays, first, lanes >> first, tree_->ball());
+    tree_->first_hits(query);
     hits.hit |= query.hit << first;
-    std::copy_n(query.found, kPacket, hits.hits + first);
-  });
+    for (std::uint32_t rest = query.hit; rest != 0; rest &= rest - 1) {
+      const int n = std::countr_zero(rest);
+      hits.hits[first + n] = query.found[n];
+    }
+  }
 }
 
 std::uint32_t MeshSurface::occluded(const RayLanes& rays, std::uint32_t lanes) const {
   std::uint32_t hit = 0;
-  for_each_packet(rays, lanes, [&](Query& query, int first, std::uint32_t of_packet) {
-    hit |= tree_->occluded(query, of_packet) << first;
-  });
+  for (int first = 0; first < RayLanes::kCount; first += kPacket) {
+    Query query(rays, first, lanes >> first, tree_->ball());
+    hit |= tree_->occluded(query) << first;
+  }
   return hit;
 }
 

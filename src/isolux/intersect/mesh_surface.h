@@ -8,6 +8,7 @@
 #include "isolux/base/ray.h"
 #include "isolux/intersect/iso_lanes.h"
 #include "isolux/mesh/mesh.h"
+#include "isolux/mesh/mesh_box.h"
 
 namespace isolux {
 
@@ -50,11 +51,13 @@ class MeshSurface {
   std::uint32_t occluded(const RayLanes& rays, std::uint32_t lanes) const;
 
   const Mesh& mesh() const { return *mesh_; }
+  const MeshBox& box() const { return box_; }
 
  private:
   class Tree;
 
   std::shared_ptr<const Mesh> mesh_;
+  MeshBox box_;
   std::unique_ptr<Tree> tree_;
 };
 

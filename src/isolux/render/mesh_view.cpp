@@ -4,7 +4,6 @@
 #include <bit>
 
 #include "isolux/intersect/triangle_setup.h"
-#include "isolux/mesh/mesh_box.h"
 
 namespace isolux {
 namespace {
@@ -17,9 +16,8 @@ PixelRays pixel_rays(const Camera& camera) {
           {fan.direction.first, fan.direction.along_x, fan.direction.along_y}};
 }
 
-// The pixels that the mesh's box covers, and one more to each side; all where it passes the eye.
-raster::PixelBox pixels_of(const Mesh& mesh, const PixelRays& rays) {
-  const MeshBox box = box_of(mesh);
+// The pixels that a box covers, and one more to each side; all where it passes the eye.
+raster::PixelBox pixels_of(const MeshBox& box, const PixelRays& rays) {
   const raster::Projection projection(rays);
   raster::PixelBox pixels{rays.width, rays.height, -1, -1};
   for (int n = 0; n < 8; ++n) {
@@ -42,7 +40,7 @@ raster::PixelBox pixels_of(const Mesh& mesh, const PixelRays& rays) {
 }  // namespace
 
 MeshView::MeshView(std::shared_ptr<const MeshSurface> surface, const Camera& camera)
-    : surface_(std::move(surface)), box_(pixels_of(surface_->mesh(), pixel_rays(camera))) {}
+    : surface_(std::move(surface)), box_(pixels_of(surface_->box(), pixel_rays(camera))) {}
 
 MeshView::MeshView(const Mesh& mesh, const Camera& camera)
     : raster_(rasterise(mesh, pixel_rays(camera))) {}
