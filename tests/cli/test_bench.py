@@ -10,8 +10,8 @@ from pictures import BLOB_DIMS, blob, grid
 MESH_WORKS = ["mesh tree", "mesh frame, raycast", "mesh frame, raster", "incoherent rays on mesh",
               "shadow rays on mesh"]
 SCENE_WORKS = ["min-max bricks", "visibility", "display", "frame", "incoherent rays",
-               "shadow rays", "lamp moved", "new iso value", "first picture", "extraction",
-               *MESH_WORKS]
+               "shadow rays", "lamp moved", "lamp moved, shadows", "new iso value", "first picture",
+               "extraction", *MESH_WORKS]
 PEER_WORKS = ["orbit", "close view", "inside view", "incoherent rays", "shadow rays", "lamp moved",
               "new iso value", "first picture", "min-max bricks", "extraction", *MESH_WORKS]
 

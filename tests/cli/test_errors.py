@@ -139,20 +139,17 @@ class WrongCommands(Refusals):
         self.usage("-o", "other.png", about="--output")
 
     def test_what_later_versions_will_do_is_refused_not_ignored(self):
-        for words in (["--indirect", "transport"], ["--indirect", "path"], ["--shadows", "on"],
+        for words in (["--indirect", "transport"], ["--indirect", "path"],
                       ["--transfer", "ct-head"], ["--clip", "at=0:0:0,normal=0:0:1"],
-                      ["--mirror-depth", "4"], ["--bounces", "2"],
+                      ["--bounces", "2"],
                       ["--spp", "16"], ["--seed", "1"]):
             self.usage(*words, about=words[0])
-        self.usage("--surface", "iso=0.5,kr=0.5:0.5:0.5", about="kr")
-        self.usage("--surface", "iso=0.5,opacity=0.5", about="opacity")
 
     def test_an_unknown_instruction_set_is_refused(self):
         self.usage("--isa", "neon", about="--isa")
 
     def test_what_later_versions_will_do_may_be_said_to_be_off(self):
-        self.render("phantom:sphere,size=9", size="8x8", shadows="off", indirect="off",
-                    surface="iso=0.5,kr=0:0:0,opacity=1")
+        self.render("phantom:sphere,size=9", size="8x8", indirect="off")
 
     def test_an_output_must_be_named_and_be_png_or_exr(self):
         self.refused("render", "phantom:sphere", status=USAGE, about="--output")

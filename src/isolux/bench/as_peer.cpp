@@ -101,15 +101,8 @@ class OwnPeer {
            std::to_string(checksum_of(rgb.data(), rgb.size()));
   }
 
-  std::string rays(std::istringstream& words) {
-    return counted(words,
-                   [](const LooseRays& tracer, const auto& r) { return tracer.count_hits(r); });
-  }
-
-  std::string shadows(std::istringstream& words) {
-    return counted(words,
-                   [](const LooseRays& tracer, const auto& r) { return tracer.count_shadowed(r); });
-  }
+  std::string rays(std::istringstream& words) { return traced(words, RayQuery::kNearest); }
+  std::string shadows(std::istringstream& words) { return traced(words, RayQuery::kAny); }
 
   std::string picture(std::istringstream& words) {
     std::string path;
@@ -120,14 +113,13 @@ class OwnPeer {
   }
 
  private:
-  template <typename Count>
-  std::string counted(std::istringstream& words, const Count& count) {
+  std::string traced(std::istringstream& words, RayQuery query) {
     std::string path;
     words >> path;
     const std::vector<Ray> rays = read_rays(path);
     const LooseRays tracer(renderer().scene().surfaces[0]);
     std::size_t hits = 0;
-    const double ms = milliseconds([&] { hits = count(tracer, rays); });
+    const double ms = milliseconds([&] { hits = tracer.count_hits(rays, query); });
     return to_text(ms) + " " + std::to_string(hits);
   }
 

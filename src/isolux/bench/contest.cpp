@@ -62,12 +62,12 @@ Work Contest::view_work(const std::string& name, OwnRenderer& renderer, const Vi
 }
 
 Work Contest::ray_work(const std::string& name, const OwnRenderer& renderer,
-                       const std::vector<Ray>& rays, Asked asked,
+                       const std::vector<Ray>& rays, RayQuery query,
                        const TakesPart& takes_part) const {
-  const std::string request = asked == Asked::kFirst ? "rays" : "shadows";
+  const std::string request = query == RayQuery::kNearest ? "rays" : "shadows";
   const std::string file = scratch_.path() + "/" + request;
   write_rays(file, rays);
-  Work work = rays_work(name, renderer, read_rays(file), asked, few_turns());
+  Work work = rays_work(name, renderer, read_rays(file), query, few_turns());
   for (Rival& rival : rivals_.all()) {
     if (!rival.traces_rays || !takes_part(rival)) continue;
     Peer& peer = *rival.peer;

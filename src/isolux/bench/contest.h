@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
@@ -40,7 +41,7 @@ class Contest {
                  int turns, const TakesPart& takes_part) const;
   /// Rays of no picture; what is asked of them is the rivals' request `rays` or `shadows`.
   Work ray_work(const std::string& name, const OwnRenderer& renderer, const std::vector<Ray>& rays,
-                Asked asked, const TakesPart& takes_part) const;
+                RayQuery query, const TakesPart& takes_part) const;
 
   Measurement measured(const Work& work) const;
 

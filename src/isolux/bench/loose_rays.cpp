@@ -56,8 +56,11 @@ LooseRays::LooseRays(const SurfaceItem& surface) {
   lanes_.emplace(IsoSurface(surface.volume, bricks, surface.iso), *bricks);
 }
 
-std::size_t LooseRays::count_hits(const std::vector<Ray>& rays) const {
+std::size_t LooseRays::count_hits(const std::vector<Ray>& rays, RayQuery query) const {
   return count_met(rays, surface_from_world_, [&](const RayLanes& lanes, std::uint32_t wanted) {
+    if (query == RayQuery::kAny) {
+      return tree_ ? tree_->occluded(lanes, wanted) : lanes_->occluded(lanes, wanted);
+    }
     if (tree_) {
       MeshHitLanes hits;
       tree_->first_hits(lanes, wanted, hits);
@@ -66,13 +69,6 @@ std::size_t LooseRays::count_hits(const std::vector<Ray>& rays) const {
     HitLanes hits;
     lanes_->first_hits(lanes, wanted, hits);
     return hits.hit;
-  });
-}
-
-std::size_t LooseRays::count_shadowed(const std::vector<Ray>& rays) const {
-  if (!tree_) return count_hits(rays);
-  return count_met(rays, surface_from_world_, [&](const RayLanes& lanes, std::uint32_t wanted) {
-    return tree_->occluded(lanes, wanted);
   });
 }
 

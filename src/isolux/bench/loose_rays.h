@@ -11,16 +11,17 @@
 
 namespace isolux {
 
+/// What is asked of a ray: where it first meets the surface, or whether it does.
+enum class RayQuery { kNearest, kAny };
+
 /// An isosurface or a mesh for rays that belong to no picture.
 class LooseRays {
  public:
   explicit LooseRays(const SurfaceItem& surface);
 
-  /// How many of the rays (in world space) meet the surface, by finding where; those that follow
-  /// each other go together, on all threads.
-  std::size_t count_hits(const std::vector<Ray>& rays) const;
-  /// The same number, by finding out whether they do.
-  std::size_t count_shadowed(const std::vector<Ray>& rays) const;
+  /// How many of the rays (in world space) meet the surface; those that follow each other go
+  /// together, on all threads.
+  std::size_t count_hits(const std::vector<Ray>& rays, RayQuery query) const;
 
  private:
   Affine surface_from_world_;

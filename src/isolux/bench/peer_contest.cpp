@@ -88,12 +88,12 @@ class MeshSubject {
     const Camera& camera = *renderers_.raycast.scene().camera;
     const SurfaceBuffer& surfaces = renderers_.raycast.surfaces();
     to.push_back(contest_.measured(contest_.ray_work("incoherent rays on mesh", renderers_.raycast,
-                                                     cosine_rays(camera, surfaces), Asked::kFirst,
-                                                     traces_meshes)));
+                                                     cosine_rays(camera, surfaces),
+                                                     RayQuery::kNearest, traces_meshes)));
     const Vec3 lamp = lamp_of_turn(renderers_.raycast.scene(), 0);
     to.push_back(contest_.measured(contest_.ray_work("shadow rays on mesh", renderers_.raycast,
                                                      shadow_rays(camera, surfaces, lamp),
-                                                     Asked::kAny, traces_meshes)));
+                                                     RayQuery::kAny, traces_meshes)));
   }
 
  private:
@@ -162,11 +162,11 @@ class Subject {
     const auto all = [](const Rival&) { return true; };
     const Camera& camera = *renderer_.scene().camera;
     add(contest_.ray_work("incoherent rays", renderer_, cosine_rays(camera, renderer_.surfaces()),
-                          Asked::kFirst, all));
+                          RayQuery::kNearest, all));
     add(contest_.ray_work(
         "shadow rays", renderer_,
-        shadow_rays(camera, renderer_.surfaces(), lamp_of_turn(renderer_.scene(), 0)), Asked::kAny,
-        all));
+        shadow_rays(camera, renderer_.surfaces(), lamp_of_turn(renderer_.scene(), 0)),
+        RayQuery::kAny, all));
     add(lamps_work(few));
     put_lamps_out();
     add(isos_work(few));

@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "isolux/bench/limits.h"
-#include "isolux/bench/loose_rays.h"
 #include "isolux/bench/ray_sets.h"
 #include "isolux/bench/timing.h"
 #include "isolux/volume/brick_grid.h"
@@ -68,6 +67,16 @@ Work lamp_work(OwnRenderer& renderer, int turns) {
             [=](int) { return milliseconds_of_one([&](int) { limit->run(); }); }}}};
 }
 
+Work shadow_work(OwnRenderer& renderer, int turns) {
+  return {"lamp moved, shadows", turns, [&](int turn) {
+            renderer.set_lamp(lamp_of_turn(renderer.scene(), turn));
+            renderer.set_shadows(true);
+            const double ms = milliseconds([&] { renderer.relight(); });
+            renderer.set_shadows(false);
+            return ms;
+          }};
+}
+
 Work iso_work(OwnRenderer& renderer, int turns) {
   const double iso = renderer.scene().surfaces[0].iso;
   return {"new iso value", turns, [&renderer, iso](int turn) {
@@ -90,30 +99,25 @@ Work first_picture_work(OwnRenderer& renderer, int turns) {
 }
 
 Work rays_work(const std::string& name, const OwnRenderer& renderer, std::vector<Ray> rays,
-               Asked asked, int turns) {
+               RayQuery query, int turns) {
   const double count = static_cast<double>(rays.size());
   const auto kept = std::make_shared<const std::vector<Ray>>(std::move(rays));
   const auto tracer = std::make_shared<const LooseRays>(renderer.scene().surfaces[0]);
   return {.name = name,
           .turns = turns,
-          .ms =
-              [=](int) {
-                return milliseconds([&] {
-                  asked == Asked::kFirst ? tracer->count_hits(*kept)
-                                         : tracer->count_shadowed(*kept);
-                });
-              },
+          .ms = [tracer, kept,
+                 query](int) { return milliseconds([&] { tracer->count_hits(*kept, query); }); },
           .rays = count};
 }
 
 std::vector<Work> ray_works(const OwnRenderer& renderer, int turns) {
   const Camera& camera = *renderer.scene().camera;
   const SurfaceBuffer& surfaces = renderer.surfaces();
-  return {
-      rays_work("incoherent rays", renderer, cosine_rays(camera, surfaces), Asked::kFirst, turns),
-      rays_work("shadow rays", renderer,
-                shadow_rays(camera, surfaces, lamp_of_turn(renderer.scene(), 0)), Asked::kAny,
-                turns)};
+  return {rays_work("incoherent rays", renderer, cosine_rays(camera, surfaces), RayQuery::kNearest,
+                    turns),
+          rays_work("shadow rays", renderer,
+                    shadow_rays(camera, surfaces, lamp_of_turn(renderer.scene(), 0)),
+                    RayQuery::kAny, turns)};
 }
 
 std::vector<Work> scene_works(OwnRenderer& renderer, int turns) {
@@ -121,6 +125,7 @@ std::vector<Work> scene_works(OwnRenderer& renderer, int turns) {
                           display_work(renderer, turns), frame_work(renderer, turns)};
   for (Work& work : ray_works(renderer, turns)) works.push_back(std::move(work));
   works.push_back(lamp_work(renderer, turns));
+  works.push_back(shadow_work(renderer, turns));
   works.push_back(iso_work(renderer, turns));
   works.push_back(first_picture_work(renderer, turns));
   return works;

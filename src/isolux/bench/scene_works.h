@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "isolux/bench/loose_rays.h"
 #include "isolux/bench/own_renderer.h"
 #include "isolux/bench/work.h"
 
@@ -17,15 +18,15 @@ Work frame_work(OwnRenderer& renderer, int turns);
 /// Lighting and display again, which go in one pass, from the surfaces that are kept: one of ten
 /// moves in a row.
 Work lamp_work(OwnRenderer& renderer, int turns);
+/// The same with shadow rays from every lit pixel.
+Work shadow_work(OwnRenderer& renderer, int turns);
 /// From another iso value to the picture.
 Work iso_work(OwnRenderer& renderer, int turns);
 /// From the voxels to the picture.
 Work first_picture_work(OwnRenderer& renderer, int turns);
-/// What is asked of a ray: where it meets something first, or whether it meets anything.
-enum class Asked { kFirst, kAny };
 /// Whether rays of no picture meet the scene's first surface.
 Work rays_work(const std::string& name, const OwnRenderer& renderer, std::vector<Ray> rays,
-               Asked asked, int turns);
+               RayQuery query, int turns);
 /// Incoherent rays and shadow rays from what the renderer's picture shows.
 std::vector<Work> ray_works(const OwnRenderer& renderer, int turns);
 

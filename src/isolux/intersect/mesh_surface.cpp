@@ -12,6 +12,7 @@
 
 #include "isolux/base/error.h"
 #include "isolux/base/instruction_set.h"
+#include "isolux/base/memory.h"
 #include "isolux/base/parallel.h"
 #include "isolux/intersect/aimed_rays.h"
 #include "isolux/intersect/ray_triangle.h"
@@ -215,6 +216,7 @@ class MeshSurface::Tree {
         }
       }
     }
+    if (triangles_.empty()) return;
     const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
     void* to = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                        sizeof(Vec3f), vertices.size());
@@ -274,6 +276,8 @@ class MeshSurface::Tree {
 
 MeshSurface::MeshSurface(std::shared_ptr<const Mesh> mesh)
     : mesh_(std::move(mesh)), box_(box_of(*mesh_)) {
+  constexpr double kBytesOfTriangle = 200;  // its corners here and there, and a share of the tree
+  check_memory(kBytesOfTriangle * static_cast<double>(mesh_->triangles.size()), "the mesh's tree");
   // Embree builds in a mode that takes the smallest numbers for 0, and TBB hands the mode that it
   // finds at its first use to every loop after it: so that use is here.
   parallel_for(1, 1, [](std::size_t, std::size_t) {});
@@ -309,7 +313,8 @@ void MeshSurface::first_hits(const RayLanes& rays, std::uint32_t lanes, MeshHitL
     hits.hit |= query.hit << first;
     for (std::uint32_t rest = query.hit; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
-      hits.hits[first + n] = query.found[n];
+      hits.t[first + n] = query.found[n].t;
+      hits.triangle[first + n] = query.found[n].triangle;
     }
   }
 }

@@ -24,7 +24,8 @@ struct MeshHit {
 /// The same of rays side by side.
 struct MeshHitLanes {
   std::uint32_t hit = 0;  ///< bit n: lane n; the rest of a lane that has no hit is not defined
-  alignas(64) MeshHit hits[RayLanes::kCount];
+  double t[RayLanes::kCount];
+  std::uint32_t triangle[RayLanes::kCount];  ///< where in it, find_mesh_points tells
 };
 
 /// A mesh for rays in world space. Embree says which triangles may be met; whether and where they

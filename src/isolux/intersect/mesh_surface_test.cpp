@@ -154,10 +154,8 @@ TEST(MeshSurface, rays_side_by_side_meet_what_trying_all_triangles_finds_on_ever
         if (!wanted) continue;
         ++hits;
         hits_of_needle += wanted->triangle == needle;
-        EXPECT_EQ(found.hits[n].triangle, wanted->triangle);
-        EXPECT_EQ(found.hits[n].t, wanted->t);
-        EXPECT_EQ(found.hits[n].u, wanted->u);
-        EXPECT_EQ(found.hits[n].v, wanted->v);
+        EXPECT_EQ(found.triangle[n], wanted->triangle);
+        EXPECT_EQ(found.t[n], wanted->t);
       }
     }
     EXPECT_GT(hits, 300);
@@ -211,6 +209,15 @@ TEST(MeshSurface, of_two_triangles_in_one_place_the_lower_number_is_met) {
   EXPECT_EQ(hit->t, 3);
   EXPECT_EQ(hit->u, 0.25);
   EXPECT_EQ(hit->v, 0.25);
+}
+
+TEST(MeshSurface, triangles_without_area_are_met_by_nothing_and_harm_nothing) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  const MeshSurface surface(std::make_shared<const Mesh>(mesh));
+  EXPECT_FALSE(surface.first_hit({{0.5, 0, 3}, {0, 0, -1}}).has_value());
+  EXPECT_FALSE(surface.any_hit({{0.5, -1, 0}, {0, 1, 0}}, 0, kInfinity));
 }
 
 // ctest gives each test a process of its own, so that Embree is the first to use threads here.

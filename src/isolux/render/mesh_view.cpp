@@ -60,7 +60,7 @@ std::uint32_t MeshView::triangles(const RayLanes& rays, std::uint32_t lanes, con
   if (surface_) {
     MeshHitLanes hits;
     surface_->first_hits(rays, lanes, hits);
-    for (int n = 0; n < RayLanes::kCount; ++n) triangle[n] = hits.hits[n].triangle;
+    for (int n = 0; n < RayLanes::kCount; ++n) triangle[n] = hits.triangle[n];
     return hits.hit;
   }
   std::uint32_t met = 0;

@@ -19,13 +19,15 @@ enum class ShownLayer {
   kAmbient,
   kDiffuse,
   kSpecular,
+  kMirror,
   kCosTheta,
   kCosPhi,
   kNormal,
   kDepth
 };
 
-/// "picture", "ambient", "diffuse", "specular", "cos-theta", "cos-phi", "normal", "depth".
+/// "picture", "ambient", "diffuse", "specular", "mirror", "cos-theta", "cos-phi", "normal",
+/// "depth".
 std::optional<ShownLayer> shown_layer_named(std::string_view name);
 
 /// How to read false colours: evenly spaced colours from the value `low` to the value `high`.

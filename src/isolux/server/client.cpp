@@ -157,7 +157,7 @@ json Client::answer(const ExplainRequest& request) const {
     throw UsageError("pixel", "lies outside the picture", "click inside it");
   }
   const Scene scene = resolve(description, inputs_.inputs_of(request.scene));
-  json reply = explain_json(scene, explain(scene, request.x, request.y));
+  json reply = explain_json(explain(scene, request.x, request.y));
   reply["type"] = "explanation";
   reply["id"] = request.id;
   reply["ambient_light"] = {scene.ambient.r, scene.ambient.g, scene.ambient.b};

@@ -107,8 +107,9 @@ std::string Viewer::saved_picture(const json& request) const {
   check_picture_memory(description, is_exr);
   const Scene scene = resolve(description, inputs_.inputs_of(document));
   Session session;
+  const SurfaceBuffer& surfaces = session.surfaces(scene);
   return encode_picture(
-      scene, session.surfaces(scene),
+      scene, surfaces, session.shadows(scene),
       provenance(version_, with_defaults(document), inputs_.checksums_of(document)), is_exr);
 }
 
