@@ -145,6 +145,8 @@ HWY_INLINE void find_some(const Mesh& mesh, const RayLanes& rays, const std::uin
     normal = if_then_else(is_zero(blended), normal, blended);
   }
   normal = normalized(normal);
+  const MD away = hn::Gt(dot(normal, direction), hn::Zero(kD));
+  normal = if_then_else(away, {hn::Neg(normal.x), hn::Neg(normal.y), hn::Neg(normal.z)}, normal);
   hn::Store(hn::DemoteTo(kF, normal.x), kF, points.normal[0] + first);
   hn::Store(hn::DemoteTo(kF, normal.y), kF, points.normal[1] + first);
   hn::Store(hn::DemoteTo(kF, normal.z), kF, points.normal[2] + first);
@@ -156,7 +158,7 @@ HWY_INLINE void find_some(const Mesh& mesh, const RayLanes& rays, const std::uin
   };
   const VD most = hn::Set(kD, std::numeric_limits<double>::max());
   points.met |= bits(hn::Le(hn::Abs(t), most));
-  points.away |= bits(hn::Gt(dot(normal, direction), hn::Zero(kD)));
+  points.turned |= bits(away);
 }
 
 void find_here(const Mesh& mesh, const RayLanes& rays, const std::uint32_t* triangle,
@@ -179,7 +181,7 @@ HWY_EXPORT(find_here);
 
 void find_mesh_points(const Mesh& mesh, const RayLanes& rays, const std::uint32_t* triangle,
                       std::uint32_t lanes, MeshPointLanes& points) {
-  points.met = points.away = 0;
+  points.met = points.turned = 0;
   HWY_DYNAMIC_DISPATCH(find_here)(mesh, rays, triangle, lanes, points);
 }
 

@@ -9,11 +9,11 @@ namespace isolux {
 
 /// The points where rays side by side meet given triangles.
 struct MeshPointLanes {
-  std::uint32_t met = 0;   ///< bit n: lane n; not where a ray runs in its triangle's plane
-  std::uint32_t away = 0;  ///< lanes whose normal points along the ray, away from its origin
+  std::uint32_t met = 0;     ///< bit n: lane n; not where a ray runs in its triangle's plane
+  std::uint32_t turned = 0;  ///< lanes whose normal was turned round, to where the ray came from
   alignas(64) double t[RayLanes::kCount];
   alignas(64) float u[RayLanes::kCount], v[RayLanes::kCount];
-  /// The shading normal, unit, towards the outside; zero where there is none.
+  /// The shading normal, unit, on the side that the ray came from; zero where there is none.
   alignas(64) float normal[3][RayLanes::kCount];
 };
 

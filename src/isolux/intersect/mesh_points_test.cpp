@@ -37,7 +37,7 @@ TEST(MeshPoints, lanes_find_what_the_plain_code_finds_to_the_last_bit_on_every_i
         const std::uint32_t asked = packet % 4 == 3 ? 0x0f00f00fu : ~0u;
         MeshPointLanes points;
         find_mesh_points(*mesh, rays, triangle, asked, points);
-        EXPECT_EQ((points.met | points.away) & ~asked, 0u);
+        EXPECT_EQ((points.met | points.turned) & ~asked, 0u);
         for (std::uint32_t n = 0; n < RayLanes::kCount; ++n) {
           if (!(asked >> n & 1)) continue;
           const Ray ray{{rays.origin[0][n], rays.origin[1][n], rays.origin[2][n]},
@@ -51,9 +51,12 @@ TEST(MeshPoints, lanes_find_what_the_plain_code_finds_to_the_last_bit_on_every_i
           EXPECT_EQ(points.t[n], t) << set;
           EXPECT_EQ(points.u[n], point.u);
           EXPECT_EQ(points.v[n], point.v);
-          EXPECT_EQ(points.away >> n & 1, dot(normal, ray.direction) > 0);
+          const bool away = dot(normal, ray.direction) > 0;
+          EXPECT_EQ(points.turned >> n & 1, away);
           for (int axis = 0; axis < 3; ++axis) {
-            EXPECT_EQ(points.normal[axis][n], static_cast<float>(normal[axis])) << set;
+            EXPECT_EQ(points.normal[axis][n],
+                      static_cast<float>(away ? -normal[axis] : normal[axis]))
+                << set;
           }
         }
       }

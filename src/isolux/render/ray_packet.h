@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 
@@ -37,6 +38,7 @@ struct PacketHits {
 
   /// Takes those hits that are nearer.
   void add(const HitLanes& hits, std::int32_t number) {
+    if (hit == 0) return set(hits, number);
     for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
       if (is_nearer(n, hits.t[n])) take(n, hits, number, {});
@@ -48,6 +50,16 @@ struct PacketHits {
       if (!is_nearer(n, points.t[n])) continue;
       take(n, points, number, {triangle[n], points.u[n], points.v[n]});
     }
+  }
+
+  /// Takes all hits, where there were none.
+  void set(const HitLanes& hits, std::int32_t number) {
+    hit = hits.hit;
+    turned = hits.turned;
+    std::ranges::copy(hits.t, t);
+    for (int axis = 0; axis < 3; ++axis) std::ranges::copy(hits.normal[axis], normal[axis]);
+    std::ranges::fill(surface, number);
+    std::ranges::fill(point, MeshPoint{});
   }
 
   /// Where the surface has no normal, it faces the origin of the ray.
@@ -67,13 +79,11 @@ struct PacketHits {
   void take(int n, const Lanes& from, std::int32_t number, const MeshPoint& there) {
     const std::uint32_t bit = 1u << n;
     hit |= bit;
-    turned = (turned & ~bit) | (from.away & bit);
+    turned = (turned & ~bit) | (from.turned & bit);
     t[n] = from.t[n];
     surface[n] = number;
     point[n] = there;
-    for (int axis = 0; axis < 3; ++axis) {
-      normal[axis][n] = from.away & bit ? -from.normal[axis][n] : from.normal[axis][n];
-    }
+    for (int axis = 0; axis < 3; ++axis) normal[axis][n] = from.normal[axis][n];
   }
 };
 
