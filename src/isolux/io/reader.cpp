@@ -9,10 +9,13 @@
 #include <utility>
 
 #include "isolux/base/error.h"
+#include "isolux/base/memory.h"
+#include "isolux/base/number_text.h"
 #include "isolux/io/dicom_signature.h"
 #include "isolux/io/format.h"
 #include "isolux/io/placement_fault.h"
 #include "isolux/io/unpacked_zip.h"
+#include "isolux/mesh/smooth_normals.h"
 
 namespace isolux {
 namespace {
@@ -163,8 +166,21 @@ OpenedInput open_known_format(const ReadRequest& request) {
                       (guess.empty() ? "; `isolux --help` lists the formats" : ": " + guess));
 }
 
+void smooth(ReadResult& result, double crease_deg) {
+  const Mesh& mesh = *result.mesh;
+  constexpr double kBytesOfCorner = 2 * (sizeof(Vec3f) * 3 + sizeof(TexturePoint) + 8);
+  check_memory(3 * kBytesOfCorner * static_cast<double>(mesh.triangles.size()), result.name);
+  result.mesh = std::make_shared<const Mesh>(with_smooth_normals(mesh, crease_deg));
+  result.is_smoothed = true;
+  result.notes.push_back("without normals: made smooth but for edges sharper than " +
+                         to_text(crease_deg) + " degrees");
+}
+
 OpenedInput open_file(const ReadRequest& request) {
   OpenedInput opened = open_known_format(request);
+  if (request.grid.crease_deg && opened.result.mesh && opened.result.mesh->normals.empty()) {
+    smooth(opened.result, *request.grid.crease_deg);
+  }
   if (!request.grid.spacing_mm || opened.result.format == "raw" || opened.result.mesh)
     return opened;
   replace_spacing(opened.volume, *request.grid.spacing_mm);
@@ -239,6 +255,8 @@ std::vector<OpenedInput> open_inputs(const SceneDescription& description,
                 [](const OpenedInput& i) { return i.result.volume_count > 1; });
   refuse_unless(grid.series.has_value(), "--series", "no input is a DICOM series",
                 [](const OpenedInput& i) { return i.result.format == "DICOM"; });
+  refuse_unless(grid.crease_deg.has_value(), "--crease", "no input is a mesh without normals",
+                [](const OpenedInput& i) { return i.result.is_smoothed; });
   return inputs;
 }
 

@@ -34,7 +34,7 @@ json report_of(const ReadResult& input, bool dropped) {
 
 json reading_keys(const json& document) {
   json keys = json::object();
-  for (const char* key : {"dims", "type", "spacing", "volume", "series"}) {
+  for (const char* key : {"dims", "type", "spacing", "volume", "series", "crease"}) {
     if (document.contains(key)) keys[key] = document[key];
   }
   return keys;
