@@ -11,7 +11,7 @@
 #include "isolux/base/error.h"
 #include "isolux/io/format.h"
 #include "isolux/io/placement_fault.h"
-#include "isolux/io/unpacked_zip.h"
+#include "isolux/io/unpacked_archive.h"
 
 namespace isolux {
 namespace {
@@ -54,60 +54,42 @@ const Format* format_of(const std::vector<Format>& among, const ReadRequest& req
   return found == among.end() ? nullptr : &*found;
 }
 
-// A stack of files: a DICOM series, or TIFFs. Nothing where the folder holds neither.
-std::optional<OpenedInput> open_stack(const ReadRequest& request) {
-  const std::vector<std::string> slices = find_dicom_files(request.name);
-  if (!slices.empty()) return open_dicom_folder(request, slices);
+std::vector<std::string> tiffs_in(const std::string& folder) {
   std::vector<std::string> tiffs;
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(request.name, error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     if (!entry.is_regular_file(error)) continue;
     const std::string path = entry.path().string();
-    if (tiff_format().recognises({path, request.grid}, first_bytes_of(path))) {
-      tiffs.push_back(path);
-    }
+    if (tiff_format().recognises({path, {}}, first_bytes_of(path))) tiffs.push_back(path);
   }
-  if (tiffs.empty()) return std::nullopt;
-  return open_tiff_folder(request, tiffs);
+  return tiffs;
 }
 
-// A folder holds one volume as a stack of files.
+bool is_archive(const std::string& first_bytes) {
+  constexpr std::size_t kTarMark = 257;
+  return first_bytes.starts_with("PK\3\4") ||
+         (first_bytes.size() > kTarMark && first_bytes.compare(kTarMark, 5, "ustar") == 0);
+}
+
+// A folder holds one volume as a stack of files: a DICOM series, or TIFFs.
 OpenedInput open_folder(const ReadRequest& request) {
-  if (auto stack = open_stack(request)) return *stack;
+  const std::vector<std::string> slices = find_dicom_files(request.name);
+  if (!slices.empty()) return open_dicom_folder(request, slices);
+  const std::vector<std::string> tiffs = tiffs_in(request.name);
+  if (!tiffs.empty()) return open_tiff_folder(request, tiffs);
   throw WorkError(request.name, "is a folder without DICOM or TIFF files",
                   "give a file, or a folder of one stack");
 }
 
-// The one volume, or the one stack, in an unpacked zip.
-OpenedInput open_unpacked(const ReadRequest& request, const UnpackedZip& zip) {
-  if (auto stack = open_stack({zip.folder().string(), request.grid, request.listener})) {
-    return *stack;
-  }
-  const std::vector<Format> known = formats();
-  std::optional<OpenedInput> found;
-  for (const fs::directory_entry& entry : fs::directory_iterator(zip.folder())) {
-    const ReadRequest inside{entry.path().string(), request.grid, request.listener};
-    const Format* format = format_of(known, inside);
-    if (!format) continue;
-    if (found) {
-      throw WorkError(request.name, "holds several volumes", "unpack it and name the wanted one");
-    }
-    found = format->open(inside);
-  }
-  if (found) return *found;
-  throw WorkError(request.name, "is a zip archive without a volume that this version reads",
-                  "`isolux --help` lists the formats");
-}
-
-// Does `work`; what it says of files in the unpacked folder, it says of the zip: that folder is
+// Does `work`; what it says of files in the unpacked folder, it says of the archive: that folder is
 // gone when the message is read.
 template <typename Work>
-auto about_zip(const std::string& name, const UnpackedZip& zip, const Work& work) {
+auto about_archive(const std::string& name, const UnpackedArchive& archive, const Work& work) {
   try {
     return work();
   } catch (const WorkError& error) {
     std::string why = error.what();
-    const std::string folder = zip.folder().string() + "/";
+    const std::string folder = archive.folder().string() + "/";
     for (std::size_t at = 0; (at = why.find(folder)) != std::string::npos;) {
       why.erase(at, folder.size());
     }
@@ -115,17 +97,22 @@ auto about_zip(const std::string& name, const UnpackedZip& zip, const Work& work
   }
 }
 
-OpenedInput open_zip(const ReadRequest& request) {
-  const auto zip = std::make_shared<const UnpackedZip>(request.name);
-  OpenedInput opened = about_zip(request.name, *zip, [&] { return open_unpacked(request, *zip); });
-  opened.read_voxels = [zip, name = request.name,
+OpenedInput open_known_format(const ReadRequest& request);
+
+OpenedInput open_archive(const ReadRequest& request) {
+  const auto archive = std::make_shared<const UnpackedArchive>(request.name);
+  OpenedInput opened = about_archive(request.name, *archive, [&] {
+    const std::string inside = only_input_in(archive->folder().string());
+    return open_known_format({inside, request.grid, request.listener});
+  });
+  opened.read_voxels = [archive, name = request.name,
                         read = opened.read_voxels](std::vector<std::string>& notes) {
-    return about_zip(name, *zip, [&] { return read(notes); });
+    return about_archive(name, *archive, [&] { return read(notes); });
   };
   opened.result.files = {request.name};
   opened.result.notes.insert(
       opened.result.notes.begin(),
-      "unpacked " + std::to_string(zip->file_count()) + " files from the zip");
+      "unpacked " + std::to_string(archive->file_count()) + " files from the archive");
   return opened;
 }
 
@@ -133,7 +120,7 @@ OpenedInput open_known_format(const ReadRequest& request) {
   if (std::error_code error; fs::is_directory(request.name, error)) return open_folder(request);
   const std::vector<Format> known = formats();
   if (const Format* format = format_of(known, request)) return format->open(request);
-  if (first_bytes_of(request.name).starts_with("PK\3\4")) return open_zip(request);
+  if (is_archive(first_bytes_of(request.name))) return open_archive(request);
   if (request.grid.dims || request.grid.type) return open_raw(request);
   std::error_code error;
   const std::string guess = raw_guess(fs::file_size(request.name, error));
@@ -174,6 +161,21 @@ ReadResult finished(const OpenedInput& opened) {
 }
 
 }  // namespace
+
+std::string only_input_in(const std::string& folder) {
+  if (!find_dicom_files(folder).empty() || !tiffs_in(folder).empty()) return folder;
+  const std::vector<Format> known = formats();
+  std::vector<std::string> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (format_of(known, {entry.path().string(), {}})) found.push_back(entry.path().string());
+  }
+  if (found.size() == 1) return found[0];
+  if (found.empty()) {
+    throw WorkError(folder, "holds no volume or mesh that this version reads",
+                    "`isolux --help` lists the formats");
+  }
+  throw WorkError(folder, "holds several volumes or meshes", "name the wanted one");
+}
 
 double OpenedInput::voxel_count() const {
   return static_cast<double>(volume.dims[0]) * volume.dims[1] * volume.dims[2];

@@ -40,6 +40,21 @@ json lights_json(const Scene& scene) {
   return lights;
 }
 
+// Of what is seen, the point nearest to the chosen lamp.
+json foot_json(const Scene& scene, const SurfaceBuffer& buffer, std::size_t chosen) {
+  if (chosen >= scene.lights.size()) return nullptr;
+  const Light& light = scene.lights[chosen];
+  if (light.kind != Light::Kind::kPoint) return nullptr;
+  const auto foot = nearest_seen(*scene.camera, buffer, light.place);
+  if (!foot) return nullptr;
+  return {{"position", numbers(*foot)}, {"distance", length(*foot - light.place)}};
+}
+
+json part_json(const std::optional<PicturePart>& part) {
+  if (!part) return nullptr;
+  return {part->left, part->top, part->right, part->bottom};
+}
+
 json legend_json(const std::optional<Legend>& legend) {
   if (!legend) return nullptr;
   return {{"low", legend->low},
@@ -56,7 +71,7 @@ json counters_json(const Session::Counters& counters) {
 }
 
 bool same_rays(const Scene& a, const Scene& b) {
-  return a.camera == b.camera &&
+  return a.camera == b.camera && a.visibility == b.visibility &&
          std::ranges::equal(a.surfaces, b.surfaces, [](const auto& one, const auto& other) {
            return one.volume == other.volume && one.mesh == other.mesh && one.iso == other.iso;
          });
@@ -121,9 +136,12 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
 
   const auto begin = Clock::now();
   const int traced_before = session_.counters().visibility;
-  session_.surfaces(scene, listener);
+  const SurfaceBuffer& buffer = session_.surfaces(scene, listener);
   const double trace_ms = ms_since(begin);
-  if (session_.counters().visibility > traced_before) trace_ms_per_pixel_ = trace_ms / pixels;
+  if (session_.counters().visibility > traced_before) {
+    trace_ms_per_pixel_ = trace_ms / pixels;
+    seen_ = seen_part(buffer);
+  }
   scene_ = scene;
   whole_ = std::move(whole);
   reduction_ = by;
@@ -162,7 +180,9 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
       {"lengths", lengths},
       {"legends", legends},
       {"camera", camera_json(*scene.camera)},
+      {"seen", part_json(seen_)},
       {"lights", lights_json(scene)},
+      {"foot", foot_json(scene, session_.surfaces(scene), request.light)},
       {"ms", {{"trace", trace_ms}, {"light", light_ms}, {"encode", ms_since(encoding)}}},
       {"counters", counters_json(session_.counters())}};
   return framed(header, files);
