@@ -97,7 +97,7 @@ check('a click beside the head says that nothing is met', async (page) => {
 check('pointing at a term shows it alone', async (page) => {
   const box = await page.locator('.picture').boundingBox();
   await page.mouse.click(box.x + 0.5 * box.width, box.y + 0.4 * box.height);
-  await page.getByRole('button', { name: 'specular' }).hover();
+  await page.getByRole('button', { name: 'specular', exact: true }).hover();
   await page.locator('.legend').getByText('Specular alone').waitFor();
   await page.mouse.move(box.x + 8, box.y + 8);
   await page.locator('.legend').waitFor({ state: 'detached' });
@@ -117,6 +117,8 @@ check('a split view shows two layers, and its divider moves', async (page) => {
   await page.mouse.up();
   const moved = await divider.boundingBox();
   assert.ok(Math.abs(moved.x - box.x - 80) < 2);
+  await page.keyboard.press('Control+z'); // the divider
+  assert.ok(Math.abs((await divider.boundingBox()).x - box.x) < 2);
   await page.keyboard.press('Control+z'); // the other layer
   await page.keyboard.press('Control+z'); // the split
   assert.equal(await divider.count(), 0);

@@ -61,7 +61,7 @@ function numbersPutIn(
   c: number,
   name: string,
 ): string {
-  const material = scene.surface[why.surface];
+  const material = why.material;
   if (!material) return '';
   const light = scene.light[lamp.value];
   const intensity = light ? light.intensity * (light.color[c] ?? 0) : 1;

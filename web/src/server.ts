@@ -1,12 +1,14 @@
 // Keeps the server's picture and the page's state together.
 import { batch, effect } from '@preact/signals';
+import { usualFov } from './camera';
 import { Connection } from './connection';
+import { fit, fitAsked, fitTo } from './fit';
 import type { Frame } from './frame';
 import { begun } from './history';
 import { tell } from './notes';
 import {
   beginWith, bounds, connected, drawn, edited, frame, hello, history, inputs, keptState, lamp,
-  peek, surround,
+  peek, refining, surround,
 } from './state';
 import type { Layer, Scene } from './scene';
 
@@ -32,20 +34,30 @@ export const connection = new Connection({
       if (history.value) return; // the server was away; the state is still here
       const kept = keptState(said.scene);
       if (kept) history.value = begun(kept);
-      else beginWith(withSurround(said.scene));
+      else start(said.scene);
     });
     wish();
   },
   onFrame: (arrived) => void show(arrived),
+  onProgress: (progress) => {
+    refining.value = progress;
+  },
   onError: (message) => tell(message, 'error'),
   onConnected: (now) => {
     connected.value = now;
   },
 });
 
-/** Where nobody asked for a background, the picture goes over into what surrounds it. */
-export const withSurround = (scene: Scene): Scene =>
-  scene.background.every((v) => v === 0) ? { ...scene, background: surround() } : scene;
+/**
+ * Begins with a scene as the program would draw it, made for a window: what nobody asked for is
+ * chosen here. The picture goes over into what surrounds it, and fills the window.
+ */
+export function start(scene: Scene): void {
+  const inWindow = scene.background.every((v) => v === 0) ? { ...scene, background: surround() } : scene;
+  if (scene.camera) return beginWith(inWindow);
+  beginWith({ ...inWindow, camera: { view: 'front', projection: 'perspective', fov: usualFov } });
+  fit();
+}
 
 async function show({ header, pictures }: Frame): Promise<void> {
   // Exactly the bytes that were sent: no colour management between here and the canvas.
@@ -58,7 +70,9 @@ async function show({ header, pictures }: Frame): Promise<void> {
     newestDrawn = header.id;
     batch(() => {
       frame.value = header;
-      paint(header, decoded);
+      refining.value = null;
+      // Better the last picture for a moment than one that jumps.
+      if (!fitTo(header)) paint(header, decoded);
     });
     measure(header.id);
   }
@@ -86,7 +100,9 @@ function send(settled: boolean, since: number): void {
   const scene = drawn.value;
   if (!scene) return;
   const id = connection.view({ scene, show: shownLayers(), light: lamp.value, settled });
-  if (id) asked.set(id, since);
+  if (!id) return;
+  asked.set(id, since);
+  fitAsked(id);
 }
 
 /** Asks for the picture of what the state is now: soon, and when it stays so, exactly. */

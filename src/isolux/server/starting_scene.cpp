@@ -38,9 +38,11 @@ json starting_scene(const json& document, const std::vector<SceneInput>& inputs)
   json scene = with_all_surfaces(document, inputs);
   if (!scene.contains("light")) {
     const BoundingSphere sphere = bounding_sphere(inputs);
-    const Vec3 at = sphere.center + sphere.radius_mm * Vec3{-0.45, -0.8, 0.5};
-    scene["light"] = {
-        {{"kind", "point"}, {"at", {std::round(at.x), std::round(at.y), std::round(at.z)}}}};
+    const Vec3 at = sphere.center + sphere.radius_mm * Vec3{-0.3, -0.7, 0.24};
+    // In short numbers: whole millimetres, or finer where all is smaller.
+    const double per_mm = std::max(1.0, std::pow(10, 2 - std::floor(std::log10(sphere.radius_mm))));
+    const auto rounded = [&](double v) { return std::round(v * per_mm) / per_mm; };
+    scene["light"] = {{{"kind", "point"}, {"at", {rounded(at.x), rounded(at.y), rounded(at.z)}}}};
   }
   return with_defaults(scene);
 }

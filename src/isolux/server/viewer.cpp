@@ -11,6 +11,7 @@
 #include "isolux/render/shown_layer.h"
 #include "isolux/scene/document.h"
 #include "isolux/scene/option_table.h"
+#include "isolux/scene/option_value.h"
 #include "isolux/server/starting_scene.h"
 
 namespace isolux {
@@ -21,16 +22,28 @@ using nlohmann::json;
 // Two draw at a time, so that one page's slow frame does not hold up all others.
 constexpr int kDrawingThreads = 2;
 
-// The scene options that this version honours; a page shows controls for these alone.
+json option_json(const Option& option) {
+  json row = {{"sentence", option.sentence},
+              {"unit", option.unit},
+              {"choices", option.choices},
+              {"low", option.low},
+              {"high", option.high}};
+  if (!option.default_text.empty()) {
+    row["default"] = value_from_text(option, option.default_text, option.name);
+  }
+  return row;
+}
+
+// The scene options that this version honours, by name; a page shows controls for these alone.
 json honoured_options() {
-  json names = json::array();
+  json rows = json::object();
   for (const Option& option : scene_options()) {
-    if (option.not_yet.empty()) names.push_back(option.name);
+    if (option.not_yet.empty()) rows[option.name] = option_json(option);
     for (const Option& field : option.fields) {
-      if (field.not_yet.empty()) names.push_back(option.name + "." + field.name);
+      if (field.not_yet.empty()) rows[option.name + "." + field.name] = option_json(field);
     }
   }
-  return names;
+  return rows;
 }
 
 json layer_names() {
