@@ -76,14 +76,16 @@ export async function openSocket(viewer) {
   const page = {
     socket,
     send: (message) => socket.write(masked(JSON.stringify(message))),
-    /** The next message of that type. */
-    next: async (type) => {
+    /** The next message of one of these types. */
+    next: async (...types) => {
       while (true) {
-        const at = arrived.findIndex((message) => message.type === type);
+        const at = arrived.findIndex(({ type }) => types.includes(type));
         if (at >= 0) return arrived.splice(at, 1)[0];
         await new Promise((resolve) => waiting.push(resolve));
       }
     },
+    /** Whether one has come that was not taken yet. */
+    has: (type) => arrived.some((message) => message.type === type),
     close: () => socket.destroy(),
   };
   page.hello = await page.next('hello');

@@ -47,7 +47,7 @@ check('eight pages at once get their frames in turn, also beside one with a larg
   const wanted = 20;
   const pages = await Promise.all(Array.from({ length: 8 }, () => openSocket(viewer)));
   let goesOn = true;
-  const all = pages.map((page, n) => dragging(page, n === 0 ? 640 : 160, () => goesOn));
+  const all = pages.map((page, n) => dragging(page, n === 0 ? 1600 : 800, () => goesOn));
   while (Math.min(...all.map(({ frames }) => frames)) < wanted) {
     await new Promise((resolve) => setTimeout(resolve, 5));
   }
@@ -55,8 +55,8 @@ check('eight pages at once get their frames in turn, also beside one with a larg
   const frames = all.map((one) => one.frames);
   await Promise.all(all.map(({ done }) => done));
   for (const page of pages) page.close();
-  // Two threads draw: while one is at the large picture, each of the others may have another turn.
-  assert.ok(Math.max(...frames) <= 3 * wanted, `frames: ${frames}`);
+  // Whose answer is a little late may miss a turn, now and then.
+  assert.ok(Math.max(...frames) <= 1.5 * wanted, `frames: ${frames}`);
 });
 
 check('one that asks without rest gets no more turns than one that drags', async () => {
@@ -67,8 +67,8 @@ check('one that asks without rest gets no more turns than one that drags', async
   let goesOn = true;
   const flood = (async () => {
     for (let id = 1; goesOn; ++id) {
-      greedy.send(view(id, 160));
-      greedy.send({ type: 'explain', id: 1e6 + id, scene: scene(160, 0), pixel: [80, 80] });
+      greedy.send(view(id, 300));
+      greedy.send({ type: 'explain', id: 1e6 + id, scene: scene(300, 0), pixel: [80, 80] });
       await new Promise((resolve) => setTimeout(resolve, 4)); // within the rate
     }
   })();
@@ -79,13 +79,13 @@ check('one that asks without rest gets no more turns than one that drags', async
     if (goesOn) void acknowledge();
   };
   void acknowledge();
-  await dragging(page, 160, (frames) => frames < wanted).done;
+  await dragging(page, 300, (frames) => frames < wanted).done;
   const got = greedyFrames;
   goesOn = false;
   await flood;
   page.close();
   greedy.close();
-  assert.ok(got <= 2 * wanted, `${got} beside ${wanted}`);
+  assert.ok(got <= 1.5 * wanted, `${got} beside ${wanted}`);
 });
 
 check('one that asks and does not read cannot grow the memory', async () => {
@@ -94,12 +94,11 @@ check('one that asks and does not read cannot grow the memory', async () => {
   socket.pause();
   const closed = new Promise((resolve) => socket.on('close', resolve));
   const before = memory_kb();
-  // Each answer is some 200 kB: 1000 of them would be 200 MB.
-  const surface = Array.from({ length: 900 }, (_, n) => ({ iso: n }));
-  const large = { ...scene(64, 0), surface };
+  // Each is answered with an error that repeats the 200 kB: 500 of them would be 100 MB.
+  const large = { ...scene(64, 0), display: 'a'.repeat(200_000) };
   for (let id = 1; id <= 1000 && !socket.destroyed; ++id) {
     socket.write(masked(JSON.stringify({ type: 'describe', id, scene: large })));
-    if (id % 10 === 0) await new Promise((resolve) => setTimeout(resolve, 10));
+    await new Promise((resolve) => setTimeout(resolve, 2));
   }
   const grown = memory_kb() - before;
   socket.destroy();
@@ -126,10 +125,11 @@ check('connections that say nothing make way for those that do', async () => {
 check('a settled picture that is stopped never comes', async () => {
   const page = await openSocket(viewer);
   page.send(view(1, 4000, true));
+  if ((await page.next('progress', 'frame')).type === 'frame') return; // too fast to be stopped
   page.send({ type: 'stop', id: 2 });
   page.send({ type: 'pick', id: 3, at: [0.5, 0.5] });
-  const first = await Promise.race([page.next('frame'), page.next('picked')]);
-  assert.equal(first.type, 'picked');
+  await page.next('picked');
+  assert.equal(page.has('frame'), false);
   page.send(view(4, 64, true));
   assert.equal((await page.next('frame')).id, 4);
   page.close();

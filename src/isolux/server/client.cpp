@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostQuestions = 32;
+constexpr std::size_t kMostQuestions = 8;  // each may hold megabytes
 constexpr double kMostPixels = 1 << 24;
 // A picture that takes longer than this tells how far it is, this often.
 constexpr auto kNoticeable = std::chrono::milliseconds(250);
