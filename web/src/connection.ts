@@ -42,6 +42,14 @@ export interface LightExplanation {
   specular: Vec3;
 }
 
+/** One of the surfaces that a pixel shows, nearest first; its terms before they are weighted. */
+export interface ExplainedLayer {
+  surface: number;
+  opacity: number;
+  weight: number;
+  total: Vec3;
+}
+
 export interface Explanation {
   pixel: [number, number];
   hit: boolean;
@@ -52,11 +60,13 @@ export interface Explanation {
   ambient: Vec3;
   ambient_light: Vec3;
   lights: LightExplanation[];
+  layers: ExplainedLayer[];
   indirect: Vec3;
   mirror: Vec3;
+  background: Vec3;
   total: Vec3;
   display: Vec3;
-  /** Where something was met: its coefficients at that point. */
+  /** Where something was met: the nearest layer's coefficients at that point. */
   material?: { ka: Vec3; kd: Vec3; ks: Vec3; shininess: number };
 }
 

@@ -30,7 +30,7 @@ export interface FrameHeader {
   foot: { position: Vec3; distance: number } | null;
   lights: { point: boolean; place: Vec3 }[];
   ms: { trace: number; light: number; encode: number };
-  counters: { skip_structure: number; visibility: number; lighting: number; display: number };
+  counters: Record<'skip_structure' | 'visibility' | 'shadows' | 'lighting' | 'display', number>;
 }
 
 export interface Frame {

@@ -82,15 +82,8 @@ class OwnPeer {
            std::to_string(checksum_of(rgb.data(), rgb.size()));
   }
 
-  std::string rays(std::istringstream& words) {
-    std::string path;
-    words >> path;
-    const std::vector<Ray> rays = read_rays(path);
-    const LooseRays tracer(renderer().scene().surfaces[0]);
-    std::size_t hits = 0;
-    const double ms = milliseconds([&] { hits = tracer.count_hits(rays); });
-    return to_text(ms) + " " + std::to_string(hits);
-  }
+  std::string rays(std::istringstream& words) { return traced(words, RayQuery::kNearest); }
+  std::string shadows(std::istringstream& words) { return traced(words, RayQuery::kAny); }
 
   std::string picture(std::istringstream& words) {
     std::string path;
@@ -101,6 +94,16 @@ class OwnPeer {
   }
 
  private:
+  std::string traced(std::istringstream& words, RayQuery query) {
+    std::string path;
+    words >> path;
+    const std::vector<Ray> rays = read_rays(path);
+    const LooseRays tracer(renderer().scene().surfaces[0]);
+    std::size_t hits = 0;
+    const double ms = milliseconds([&] { hits = tracer.count_hits(rays, query); });
+    return to_text(ms) + " " + std::to_string(hits);
+  }
+
   OwnRenderer& renderer() {
     if (!renderer_) throw WorkError("peer", "there is no surface", "send `iso` first");
     return *renderer_;
@@ -126,7 +129,7 @@ void answer_as_peer(const std::string& name) {
                          {"headlight", answering(&OwnPeer::headlight)},
                          {"frame", answering(&OwnPeer::frame)},
                          {"rays", answering(&OwnPeer::rays)},
-                         {"shadows", answering(&OwnPeer::rays)},
+                         {"shadows", answering(&OwnPeer::shadows)},
                          {"picture", answering(&OwnPeer::picture)}});
 }
 

@@ -22,8 +22,8 @@ IsoLanes lanes_of(const SurfaceItem& item) {
 LooseRays::LooseRays(const SurfaceItem& surface)
     : index_from_world_(inverse(surface.volume->world_from_index)), lanes_(lanes_of(surface)) {}
 
-std::size_t LooseRays::count_hits(const std::vector<Ray>& rays) const {
-  const auto hits_of = [&](std::size_t first) {
+std::size_t LooseRays::count_hits(const std::vector<Ray>& rays, RayQuery query) const {
+  const auto hits_of = [&](std::size_t first) -> int {
     const std::size_t count = std::min(kCount, rays.size() - first);
     RayLanes lanes;
     for (std::size_t n = 0; n < kCount; ++n) {
@@ -37,15 +37,18 @@ std::size_t LooseRays::count_hits(const std::vector<Ray>& rays) const {
       lanes.begin[n] = 0;
       lanes.end[n] = std::numeric_limits<float>::infinity();
     }
-    HitLanes hits;
     const std::uint32_t wanted = ~std::uint32_t{0} >> (kCount - count);
+    if (query == RayQuery::kAny) return std::popcount(lanes_.occluded(lanes, wanted));
+    HitLanes hits;
     lanes_.first_hits(lanes, wanted, hits);
-    return static_cast<std::size_t>(std::popcount(hits.hit & wanted));
+    return std::popcount(hits.hit);
   };
   std::atomic<std::size_t> hits{0};
   parallel_for((rays.size() + kCount - 1) / kCount, 256, [&](std::size_t begin, std::size_t end) {
     std::size_t met = 0;
-    for (std::size_t packet = begin; packet < end; ++packet) met += hits_of(kCount * packet);
+    for (std::size_t packet = begin; packet < end; ++packet) {
+      met += static_cast<std::size_t>(hits_of(kCount * packet));
+    }
     hits += met;
   });
   return hits;

@@ -8,6 +8,9 @@
 
 namespace isolux {
 
+/// What is asked of a ray: where it first meets the surface, or whether it does.
+enum class RayQuery { kNearest, kAny };
+
 /// An isosurface for rays that belong to no picture.
 class LooseRays {
  public:
@@ -15,7 +18,7 @@ class LooseRays {
 
   /// How many of the rays (in world space) meet the surface; those that follow each other go
   /// together, on all threads.
-  std::size_t count_hits(const std::vector<Ray>& rays) const;
+  std::size_t count_hits(const std::vector<Ray>& rays, RayQuery query) const;
 
  private:
   Affine index_from_world_;

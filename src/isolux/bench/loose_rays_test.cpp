@@ -22,7 +22,9 @@ TEST(LooseRays, AsManyHitAsThePlainWalkerFinds) {
   for (const Ray& ray : rays) wanted += plain.first_hit(ray).has_value();
   EXPECT_GT(wanted, 100u);
   EXPECT_LT(wanted, rays.size());
-  EXPECT_EQ(LooseRays(head.scene().surfaces[0]).count_hits(rays), wanted);
+  const LooseRays lanes(head.scene().surfaces[0]);
+  EXPECT_EQ(lanes.count_hits(rays, RayQuery::kNearest), wanted);
+  EXPECT_EQ(lanes.count_hits(rays, RayQuery::kAny), wanted);
 }
 
 }  // namespace

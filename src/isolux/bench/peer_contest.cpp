@@ -115,10 +115,11 @@ class Subject {
     renderer_.look(orbit_view(box_mm_, 0));
     renderer_.frame();
     const Camera& camera = *renderer_.scene().camera;
-    add(ray_work("incoherent rays", "rays", cosine_rays(camera, renderer_.surfaces()), few));
+    add(ray_work("incoherent rays", "rays", cosine_rays(camera, renderer_.surfaces()),
+                 RayQuery::kNearest, few));
     add(ray_work("shadow rays", "shadows",
                  shadow_rays(camera, renderer_.surfaces(), lamp_of_turn(renderer_.scene(), 0)),
-                 few));
+                 RayQuery::kAny, few));
     add(lamps_work(few));
     put_lamps_out();
     add(isos_work(few));
@@ -154,10 +155,10 @@ class Subject {
   }
 
   Work ray_work(const std::string& name, const std::string& request, const std::vector<Ray>& rays,
-                int turns) {
+                RayQuery query, int turns) {
     const std::string file = scratch_.path() + "/" + request;
     write_rays(file, rays);
-    Work work = rays_work(name, renderer_, read_rays(file), turns);
+    Work work = rays_work(name, renderer_, read_rays(file), query, turns);
     for (Rival& rival : rivals_.all()) {
       if (!rival.traces_rays) continue;
       Peer& peer = *rival.peer;

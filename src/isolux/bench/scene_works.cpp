@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "isolux/bench/limits.h"
-#include "isolux/bench/loose_rays.h"
 #include "isolux/bench/ray_sets.h"
 #include "isolux/bench/timing.h"
 #include "isolux/volume/brick_grid.h"
@@ -91,13 +90,14 @@ Work first_picture_work(OwnRenderer& renderer, int turns) {
 }
 
 Work rays_work(const std::string& name, const OwnRenderer& renderer, std::vector<Ray> rays,
-               int turns) {
+               RayQuery query, int turns) {
   const double count = static_cast<double>(rays.size());
   const auto kept = std::make_shared<const std::vector<Ray>>(std::move(rays));
   const auto tracer = std::make_shared<const LooseRays>(renderer.scene().surfaces[0]);
   return {.name = name,
           .turns = turns,
-          .ms = [tracer, kept](int) { return milliseconds([&] { tracer->count_hits(*kept); }); },
+          .ms = [tracer, kept,
+                 query](int) { return milliseconds([&] { tracer->count_hits(*kept, query); }); },
           .rays = count};
 }
 
@@ -109,9 +109,11 @@ std::vector<Work> scene_works(OwnRenderer& renderer, int turns) {
       visibility_work(renderer, turns),
       display_work(renderer, turns),
       frame_work(renderer, turns),
-      rays_work("incoherent rays", renderer, cosine_rays(camera, surfaces), turns),
+      rays_work("incoherent rays", renderer, cosine_rays(camera, surfaces), RayQuery::kNearest,
+                turns),
       rays_work("shadow rays", renderer,
-                shadow_rays(camera, surfaces, lamp_of_turn(renderer.scene(), 0)), turns),
+                shadow_rays(camera, surfaces, lamp_of_turn(renderer.scene(), 0)), RayQuery::kAny,
+                turns),
       lamp_work(renderer, turns),
       iso_work(renderer, turns),
       first_picture_work(renderer, turns),

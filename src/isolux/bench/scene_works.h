@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "isolux/bench/loose_rays.h"
 #include "isolux/bench/own_renderer.h"
 #include "isolux/bench/work.h"
 
@@ -23,7 +24,7 @@ Work iso_work(OwnRenderer& renderer, int turns);
 Work first_picture_work(OwnRenderer& renderer, int turns);
 /// Whether rays of no picture meet the scene's first surface.
 Work rays_work(const std::string& name, const OwnRenderer& renderer, std::vector<Ray> rays,
-               int turns);
+               RayQuery query, int turns);
 
 /// All of them.
 std::vector<Work> scene_works(OwnRenderer& renderer, int turns);

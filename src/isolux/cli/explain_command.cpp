@@ -45,17 +45,16 @@ int run_explain(const Command&, const Arguments& arguments) {
   }
   const Explanation explanation = explain(scene, pixel.x, pixel.y);
   if (arguments.has("json")) {
-    std::cout << explain_json(scene, explanation).dump(2) << "\n";
+    std::cout << explain_json(explanation).dump(2) << "\n";
     return 0;
   }
-  std::string surface_name;
-  if (explanation.sample.is_hit()) {
-    const auto& item = scene.surfaces[static_cast<std::size_t>(explanation.sample.surface)];
+  std::vector<std::string> names;
+  for (const SurfaceItem& item : scene.surfaces) {
     const std::string& name = loaded.description.inputs[item.input];
-    surface_name =
-        item.mesh ? "the mesh " + name : "the isosurface of " + name + " at " + to_text(item.iso);
+    names.push_back(item.mesh ? "the mesh " + name
+                              : "the isosurface of " + name + " at " + to_text(item.iso));
   }
-  std::cout << explain_text(scene, explanation, surface_name);
+  std::cout << explain_text(scene, explanation, names);
   return 0;
 }
 

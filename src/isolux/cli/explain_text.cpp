@@ -37,24 +37,36 @@ std::string dot_text(Vec3 a, Vec3 b) {
 
 class Writer {
  public:
-  Writer(const Scene& scene, const Explanation& e) : scene_(scene), e_(e) {}
+  Writer(const Scene& scene, const Explanation& e)
+      : scene_(scene), e_(e), layer_(e.is_hit() ? &e.layers[0] : nullptr) {}
 
-  std::string write(const std::string& surface_name) {
+  std::string write(const std::vector<std::string>& surface_names) {
     const Camera& camera = *scene_.camera;
     const std::string pixel = "Pixel (" + std::to_string(e_.x) + ", " + std::to_string(e_.y) +
                               ") of " + std::to_string(camera.width()) + " x " +
                               std::to_string(camera.height());
-    if (!e_.sample.is_hit()) {
+    if (!e_.is_hit()) {
       line(pixel + ": the eye ray meets no surface, so the pixel shows the background.");
       line("");
       write_display();
       return text_;
     }
-    line(pixel + " shows surface " + std::to_string(e_.sample.surface) + ", " + surface_name + ".");
-    write_geometry();
-    write_ambient();
-    for (std::size_t n = 0; n < e_.terms.lights.size(); ++n) write_light(n);
-    write_sum();
+    const auto name = [&] {
+      return "surface " + std::to_string(layer_->surface) + ", " +
+             surface_names[static_cast<std::size_t>(layer_->surface)];
+    };
+    line(pixel + " shows " + name() + ".");
+    write_layer();
+    for (std::size_t k = 1; k < e_.layers.size(); ++k) {
+      layer_ = &e_.layers[k];
+      heading("Layer " + std::to_string(k) + ", seen through those before it: " + name());
+      write_layer();
+    }
+    if (is_plain()) {
+      line("");
+    } else {
+      write_whole();
+    }
     write_display();
     return text_;
   }
@@ -63,24 +75,60 @@ class Writer {
   void line(const std::string& text) { text_ += text + "\n"; }
   void heading(const std::string& text) { text_ += "\n" + text + "\n"; }
 
-  const Material& material() const {
-    return scene_.surfaces[static_cast<std::size_t>(e_.sample.surface)].material;
+  const Material& material() const { return layer_->material; }
+  const PointTerms& terms() const { return layer_->terms; }
+
+  // Whether the pixel is its one point, and nothing else adds to it.
+  bool is_plain() const {
+    return e_.layers.size() == 1 && e_.layers[0].weight == 1 && material().kr == Rgb{};
+  }
+
+  void write_layer() {
+    write_geometry();
+    write_ambient();
+    for (std::size_t n = 0; n < terms().lights.size(); ++n) write_light(n);
+    write_sum();
+  }
+
+  // Layers by their weights, mirrors, and the background.
+  void write_whole() {
+    double open = 1;
+    heading("The pixel: the layers by their weights, what mirrors show, and the background");
+    for (std::size_t k = 0; k < e_.layers.size(); ++k) {
+      const double opacity = e_.layers[k].material.opacity;
+      line("  weight of layer " + std::to_string(k) + " = opacity * what comes through = " +
+           num(opacity) + " * " + num(open) + " = " + num(e_.layers[k].weight));
+      open *= 1 - opacity;
+    }
+    line("  background as far as it is seen = " + tuple(e_.background));
+    line("  mirror: kr times what the mirrored rays bring = " + tuple(e_.mirror));
+    for (int c = 0; c < 3; ++c) {
+      std::string sum;
+      for (const ExplainedLayer& layer : e_.layers) {
+        sum += num(layer.weight) + " * " + num(layer.terms.total[c]) + " + ";
+      }
+      line(std::string("  I ") + kChannels[c] + " = " + sum + num(e_.mirror[c]) + " + " +
+           num(e_.background[c]) + " = " + num(e_.total[c]));
+    }
+    line("");
   }
 
   void write_geometry() {
     const Ray& ray = e_.eye_ray;
-    const SurfacePoint& point = e_.terms.point;
+    const SurfacePoint& point = terms().point;
     heading("The point and its vectors (world space, mm)");
     line("  o = " + tuple(ray.origin) + "   where the eye ray begins");
     line("  d = " + tuple(ray.direction) + "   its direction");
-    line("  t = " + num(e_.sample.depth_mm) + "   how far it goes until it meets the surface");
+    line("  t = " + num(layer_->depth_mm) + "   how far it goes until it meets the surface");
     line("  p = o + t d = " + each_axis([&](int a) {
-           return num(ray.origin[a]) + " + " + num(e_.sample.depth_mm) + " * " +
+           return num(ray.origin[a]) + " + " + num(layer_->depth_mm) + " * " +
                   arg(ray.direction[a]);
          }) +
          " = " + tuple(point.position));
     line("  n = " + tuple(point.normal) + "   the unit normal" +
-         (e_.turned ? ", turned round to face the eye" : ", which faces the eye as it is"));
+         (layer_ != &e_.layers[0] ? ""
+          : e_.turned             ? ", turned round to face the eye"
+                                  : ", which faces the eye as it is"));
     line("  e = -d = " + tuple(point.to_eye) + "   the unit vector back to the eye");
   }
 
@@ -91,14 +139,14 @@ class Writer {
                                      : "   as given"));
     for (int c = 0; c < 3; ++c) {
       line(std::string("  ambient ") + kChannels[c] + " = ka Ia = " + num(material().ka[c]) +
-           " * " + num(scene_.ambient[c]) + " = " + num(e_.terms.ambient[c]));
+           " * " + num(scene_.ambient[c]) + " = " + num(terms().ambient[c]));
     }
   }
 
   void write_light(std::size_t n) {
     const Light& light = scene_.lights[n];
-    const LightTerms& t = e_.terms.lights[n];
-    const SurfacePoint& point = e_.terms.point;
+    const LightTerms& t = terms().lights[n];
+    const SurfacePoint& point = terms().point;
     const bool is_point = light.kind == Light::Kind::kPoint;
     heading("Light " + std::to_string(n) + ": " +
             (is_point ? "a point light at P = " : "a directional light, towards D = ") +
@@ -132,18 +180,40 @@ class Writer {
       line("  falloff = (reference / |P - p|)^2 = (" + num(*light.inverse_square_reference_mm) +
            " / " + num(t.distance) + ")^2 = " + num(t.falloff));
     }
+    if (scene_.shadows && t.cos_theta > 0) {
+      line("  V = " + num(t.visibility) + "   the share of the light that " +
+           (t.visibility == 1   ? "arrives: nothing is in its way"
+            : t.visibility == 0 ? "arrives: the point lies in shadow"
+                                : "comes through translucent surfaces"));
+    }
     write_diffuse(light, t);
     write_specular(light, t);
   }
 
+  // The factors on a light's intensity: their names, and their numbers.
+  struct Factors {
+    std::string names, numbers;
+  };
+  Factors factors(const Light& light, const LightTerms& t) const {
+    Factors f;
+    if (scene_.shadows) {
+      f.names += " V";
+      f.numbers += " * " + num(t.visibility);
+    }
+    if (light.inverse_square_reference_mm) {
+      f.names += " falloff";
+      f.numbers += " * " + num(t.falloff);
+    }
+    return f;
+  }
+
   void write_diffuse(const Light& light, const LightTerms& t) {
     if (t.cos_theta <= 0) line("  The clamp acts: n · l <= 0, the light is behind the surface.");
-    const std::string falloff = light.inverse_square_reference_mm ? " * " + num(t.falloff) : "";
+    const Factors f = factors(light, t);
     for (int c = 0; c < 3; ++c) {
-      line(std::string("  diffuse ") + kChannels[c] + " = kd I max(0, n · l)" +
-           (falloff.empty() ? "" : " falloff") + " = " + num(material().kd[c]) + " * " +
-           num(light.intensity[c]) + " * max(0, " + num(t.cos_theta) + ")" + falloff + " = " +
-           num(t.diffuse[c]));
+      line(std::string("  diffuse ") + kChannels[c] + " = kd I max(0, n · l)" + f.names + " = " +
+           num(material().kd[c]) + " * " + num(light.intensity[c]) + " * max(0, " +
+           num(t.cos_theta) + ")" + f.numbers + " = " + num(t.diffuse[c]));
     }
   }
 
@@ -153,25 +223,23 @@ class Writer {
       return;
     }
     if (t.cos_phi <= 0) line("  The clamp acts: r · e <= 0, the mirror direction points away.");
-    const std::string falloff = light.inverse_square_reference_mm ? " * " + num(t.falloff) : "";
+    const Factors f = factors(light, t);
     for (int c = 0; c < 3; ++c) {
-      line(std::string("  specular ") + kChannels[c] + " = ks I max(0, r · e)^n" +
-           (falloff.empty() ? "" : " falloff") + " = " + num(material().ks[c]) + " * " +
-           num(light.intensity[c]) + " * max(0, " + num(t.cos_phi) + ")^" +
-           num(material().shininess) + falloff + " = " + num(t.specular[c]));
+      line(std::string("  specular ") + kChannels[c] + " = ks I max(0, r · e)^n" + f.names + " = " +
+           num(material().ks[c]) + " * " + num(light.intensity[c]) + " * max(0, " + num(t.cos_phi) +
+           ")^" + num(material().shininess) + f.numbers + " = " + num(t.specular[c]));
     }
   }
 
   void write_sum() {
     heading("Sum: ambient, and diffuse and specular of every light");
     for (int c = 0; c < 3; ++c) {
-      std::string sum = num(e_.terms.ambient[c]);
-      for (const LightTerms& t : e_.terms.lights) {
+      std::string sum = num(terms().ambient[c]);
+      for (const LightTerms& t : terms().lights) {
         sum += " + " + num(t.diffuse[c]) + " + " + num(t.specular[c]);
       }
-      line(std::string("  I ") + kChannels[c] + " = " + sum + " = " + num(e_.terms.total[c]));
+      line(std::string("  I ") + kChannels[c] + " = " + sum + " = " + num(terms().total[c]));
     }
-    line("");
   }
 
   void write_display() {
@@ -191,14 +259,15 @@ class Writer {
 
   const Scene& scene_;
   const Explanation& e_;
+  const ExplainedLayer* layer_;  // the one that is written
   std::string text_;
 };
 
 }  // namespace
 
 std::string explain_text(const Scene& scene, const Explanation& explanation,
-                         const std::string& surface_name) {
-  return Writer(scene, explanation).write(surface_name);
+                         const std::vector<std::string>& surface_names) {
+  return Writer(scene, explanation).write(surface_names);
 }
 
 }  // namespace isolux

@@ -29,6 +29,9 @@ void warn_about_unseen(const LoadedScene& loaded, const SurfaceBuffer& buffer) {
   for (std::size_t place = 0; place < buffer.pixels(); ++place) {
     if (buffer.is_hit(place)) seen.insert(buffer.surface[place]);
   }
+  for (const FurtherPoints& points : buffer.further) {
+    for (const FurtherPoint& point : points) seen.insert(point.surface);
+  }
   for (std::size_t n = 0; n < loaded.scene.surfaces.size(); ++n) {
     if (seen.contains(static_cast<std::int32_t>(n))) continue;
     const SurfaceItem& item = loaded.scene.surfaces[n];
@@ -64,8 +67,11 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
   auto checksums = std::async(
       std::launch::async, [&] { return all_checksums(loaded.inputs, loaded.description.inputs); });
   const Scene& scene = loaded.scene;
-  const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera, progress_bar(arguments));
+  const RayCaster caster(scene);
+  const SurfaceBuffer buffer = caster.cast(*scene.camera, progress_bar(arguments));
   warn_about_unseen(loaded, buffer);
+  Shadows shadows;
+  cast_shadows(scene, caster.surfaces(), buffer, shadows, progress_bar(arguments));
 
   const std::vector<InputChecksums> found = checksums.get();
   for (std::size_t n = 0; expected && n < found.size(); ++n) {
@@ -79,7 +85,7 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
                     "give the original, or render without --again");
   }
   const Metadata metadata = provenance(ISOLUX_VERSION, with_defaults(loaded.document), found);
-  write_whole_file(output, encode_picture(scene, buffer, metadata, wants_exr(output)));
+  write_whole_file(output, encode_picture(scene, buffer, shadows, metadata, wants_exr(output)));
 }
 
 int render_again(const Arguments& arguments, const std::string& output) {

@@ -48,7 +48,7 @@ IsoLanes::IsoLanes(IsoSurface surface, const BrickGrid& bricks, std::size_t reac
       reach_(reach),
       greatest_(greatest_difference(bricks, surface_.iso())) {}
 
-void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& hits) const {
+lanes::Field IsoLanes::field() const {
   const Volume& volume = surface_.volume();
   lanes::Field field{};
   visit_voxels(volume, [&]<typename T>(const VolumeView<T>& view) {
@@ -71,32 +71,53 @@ void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& h
           static_cast<float>(surface_.world_from_covector().at(row, column));
     }
   }
+  return field;
+}
 
+std::optional<IsoHit> IsoLanes::hit_of_oracle(const RayLanes& rays, std::size_t n) const {
+  Ray ray = lane_ray(rays, n);
+  const double begin = rays.begin[n], end = rays.end[n];
+  ray.origin = ray.at(begin);
+  auto hit = surface_.first_hit_in_index_space(ray, end - begin);
+  if (!hit) return std::nullopt;
+  hit->t += begin;
+  return hit->t < end ? hit : std::nullopt;
+}
+
+void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& hits) const {
   lanes::Found found;
-  lanes::walk(field, rays, lanes, hits, found);
+  lanes::walk(field(), rays, lanes, &hits, found);
   hits.hit = found.hit;
   hits.away = found.away;
+  const auto world_direction = [&](std::size_t n) {
+    return surface_.volume().world_from_index.vector(lane_ray(rays, n).direction);
+  };
   for (std::uint32_t rest = found.without_normal; rest != 0; rest &= rest - 1) {
     const auto n = static_cast<std::size_t>(std::countr_zero(rest));
-    IsoHit hit{hits.t[n],
-               {found.cell[0][n], found.cell[1][n], found.cell[2][n]},
-               {found.local[0][n], found.local[1][n], found.local[2][n]}};
+    const IsoHit hit{hits.t[n],
+                     {found.cell[0][n], found.cell[1][n], found.cell[2][n]},
+                     {found.local[0][n], found.local[1][n], found.local[2][n]}};
     hits.away &= ~(1u << n);
-    set_normal(hits, n, surface_.normal(hit).value_or(Vec3{}),
-               volume.world_from_index.vector(lane_ray(rays, n).direction));
+    set_normal(hits, n, surface_.normal(hit).value_or(Vec3{}), world_direction(n));
   }
   for (std::uint32_t rest = found.undecided; rest != 0; rest &= rest - 1) {
     const auto n = static_cast<std::size_t>(std::countr_zero(rest));
-    Ray ray = lane_ray(rays, n);
-    const double begin = rays.begin[n];
-    ray.origin = ray.at(begin);
-    const auto hit = surface_.first_hit_in_index_space(ray, rays.end[n] - begin);
+    const auto hit = hit_of_oracle(rays, n);
     if (!hit) continue;
     hits.hit |= 1u << n;
-    hits.t[n] = begin + hit->t;
-    set_normal(hits, n, surface_.normal(*hit).value_or(Vec3{}),
-               volume.world_from_index.vector(ray.direction));
+    hits.t[n] = hit->t;
+    set_normal(hits, n, surface_.normal(*hit).value_or(Vec3{}), world_direction(n));
   }
+}
+
+std::uint32_t IsoLanes::occluded(const RayLanes& rays, std::uint32_t lanes) const {
+  lanes::Found found;
+  lanes::walk(field(), rays, lanes, nullptr, found);
+  for (std::uint32_t rest = found.undecided; rest != 0; rest &= rest - 1) {
+    const auto n = static_cast<std::size_t>(std::countr_zero(rest));
+    if (hit_of_oracle(rays, n)) found.hit |= 1u << n;
+  }
+  return found.hit;
 }
 
 }  // namespace isolux

@@ -2,11 +2,16 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "isolux/intersect/iso_surface.h"
 #include "isolux/intersect/skip_grid.h"
 
 namespace isolux {
+
+namespace lanes {
+struct Field;
+}
 
 /// Rays side by side, in the index space of a volume. What one lane holds has no influence on the
 /// answer of another.
@@ -15,7 +20,8 @@ struct RayLanes {
 
   alignas(64) double origin[3][kCount];
   alignas(64) double direction[3][kCount];  ///< of any length but zero; t counts in it
-  /// The piece of the ray that is looked at, 0 <= begin <= end; end may be infinite.
+  /// The piece of the ray that is looked at, begin < t < end, with 0 <= begin <= end; end may be
+  /// infinite. Both count as the doubles that they are.
   alignas(64) float begin[kCount];
   alignas(64) float end[kCount];
 };
@@ -54,10 +60,17 @@ class IsoLanes {
   /// The first root of each lane whose bit is in `lanes`.
   void first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& hits) const;
 
+  /// Whether there is a root at all, by the same arithmetic: a bit for each of `lanes` that
+  /// `first_hits` would find a hit for.
+  std::uint32_t occluded(const RayLanes& rays, std::uint32_t lanes) const;
+
   const IsoSurface& surface() const { return surface_; }
   const SkipGrid& skip() const { return skip_; }
 
  private:
+  lanes::Field field() const;
+  std::optional<IsoHit> hit_of_oracle(const RayLanes& rays, std::size_t n) const;
+
   IsoSurface surface_;
   SkipGrid skip_;
   std::size_t reach_;

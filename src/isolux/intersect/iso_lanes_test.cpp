@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -187,6 +188,79 @@ TEST(IsoLanes, what_one_lane_holds_has_no_influence_on_another) {
       }
     }
   }
+}
+
+// Rays that begin and end anywhere, beside the surface more often than not.
+RayLanes pieces_of_rays(RandomRays& random) {
+  RayLanes rays;
+  for (int n = 0; n < RayLanes::kCount; ++n) {
+    set_ray(rays, n, random());
+    rays.begin[n] = static_cast<float>(40 * random.uniform());
+    rays.end[n] = rays.begin[n] + static_cast<float>(10 * random.uniform());
+  }
+  return rays;
+}
+
+TEST(IsoLanes, occluded_is_whether_the_oracle_finds_a_root_between_begin_and_end) {
+  const std::array<int, 3> dims{19, 23, 17};
+  const auto volume =
+      std::make_shared<const Volume>(random_volume<std::int16_t>(dims, 9, -1000, 1000));
+  const auto bricks = std::make_shared<const BrickGrid>(*volume);
+  const IsoSurface oracle(volume, bricks, 700);
+  const IsoLanes lanes(oracle, *bricks);
+  RandomRays random(dims, 17);
+  int occluded_rays = 0, close = 0;
+  for (int packet = 0; packet < 3000; ++packet) {
+    const RayLanes rays = pieces_of_rays(random);
+    const std::uint32_t occluded = lanes.occluded(rays, ~0u);
+    HitLanes hits;
+    lanes.first_hits(rays, ~0u, hits);
+    ASSERT_EQ(occluded, hits.hit);
+    occluded_rays += std::popcount(occluded);
+    for (int n = 0; n < RayLanes::kCount; ++n) {
+      Ray ray;
+      for (int axis = 0; axis < 3; ++axis) {
+        ray.origin[axis] = rays.origin[axis][n];
+        ray.direction[axis] = rays.direction[axis][n];
+      }
+      const double begin = rays.begin[n], end = rays.end[n];
+      ray.origin = ray.at(begin);
+      const auto expected = oracle.first_hit_in_index_space(ray, kInfinity);
+      // A root that lies on the end, to the rounding of floats, may count either way.
+      if (expected && std::fabs(begin + expected->t - end) < 1e-5) {
+        ++close;
+        continue;
+      }
+      ASSERT_EQ((occluded >> n & 1) != 0, expected && begin + expected->t < end);
+    }
+  }
+  EXPECT_GT(occluded_rays, 4000);
+  EXPECT_LT(close, 10);
+}
+
+TEST(IsoLanes, a_root_counts_before_the_end_and_after_the_beginning) {
+  // In z the field is z, so a ray up from z = 0 meets the iso value 3.5 at t = 3.5 exactly.
+  Volume ramp;
+  ramp.dims = {2, 2, 9};
+  std::vector<float> voxels;
+  for (int n = 0; n < 2 * 2 * 9; ++n) voxels.push_back(static_cast<float>(n / 4));
+  ramp.voxels = std::move(voxels);
+  const auto volume = std::make_shared<const Volume>(ramp);
+  const auto bricks = std::make_shared<const BrickGrid>(*volume);
+  const IsoLanes lanes(IsoSurface(volume, bricks, 3.5), *bricks);
+  const float after = std::nextafter(3.5f, 4.0f), before = std::nextafter(3.5f, 3.0f);
+  const float begins[]{0, 0, 0, 3.25f, 3.5f, after}, ends[]{before, 3.5f, after, 3.75f, 9, 9};
+  RayLanes rays;
+  for (int n = 0; n < 6; ++n) {
+    set_ray(rays, n, {{0.5, 0.5, 0}, {0, 0, 1}});
+    rays.begin[n] = begins[n];
+    rays.end[n] = ends[n];
+  }
+  EXPECT_EQ(lanes.occluded(rays, 0b111111), 0b001100u);
+  EXPECT_EQ(lanes.occluded(rays, 0b000100), 0b000100u);
+  HitLanes hits;
+  lanes.first_hits(rays, 0b111111, hits);
+  EXPECT_EQ(hits.hit, 0b001100u);
 }
 
 TEST(IsoLanes, agree_with_the_oracle_on_the_sphere_and_from_inside_it) {

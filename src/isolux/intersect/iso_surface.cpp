@@ -67,6 +67,23 @@ Vec3 local_point(const Ray& ray, const CellIndex& cell, double t) {
   return local;
 }
 
+struct CellPoint {
+  CellIndex cell;
+  Vec3 local;
+};
+
+// The cell that holds a point of index space.
+std::optional<CellPoint> cell_at(const std::array<int, 3>& dims, Vec3 point) {
+  CellPoint found;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double at = point[static_cast<int>(axis)], last = dims[axis] - 1;
+    if (!(at >= -kSlack && at <= last + kSlack)) return std::nullopt;
+    found.cell[axis] = std::clamp(static_cast<int>(at), 0, dims[axis] - 2);
+    found.local[static_cast<int>(axis)] = std::clamp(at - found.cell[axis], 0.0, 1.0);
+  }
+  return found;
+}
+
 // Walks the cells in order of t. No crossing is lost between two cells: they agree on the value at
 // their common face to the last bit (see `interpolate`), so one of them sees the change of sign.
 template <typename T>
@@ -166,6 +183,43 @@ std::optional<Vec3> IsoSurface::normal(const IsoHit& hit) const {
     if (!is_finite(outward) || outward == Vec3{}) return std::nullopt;
     return normalize(outward);
   });
+}
+
+std::optional<Vec3> IsoSurface::true_normal(Vec3 on_surface) const {
+  const auto found = cell_at(volume_->dims, index_from_world_.point(on_surface));
+  if (!found) return std::nullopt;
+  const Vec3 gradient = visit_voxels(*volume_, [&](const auto& view) {
+    return interpolant_gradient(cell_corners(view, found->cell), found->local);
+  });
+  const Vec3 outward = -(world_from_covector_ * gradient);
+  if (!is_finite(outward) || outward == Vec3{}) return std::nullopt;
+  return normalize(outward);
+}
+
+std::optional<double> IsoSurface::difference(Vec3 index_point) const {
+  const auto found = cell_at(volume_->dims, index_point);
+  if (!found) return std::nullopt;
+  const double difference = visit_voxels(*volume_, [&](const auto& view) {
+    CellCorners corners = cell_corners(view, found->cell);
+    for (double& corner : corners) corner -= iso_;
+    return interpolate(corners, found->local);
+  });
+  return std::isfinite(difference) ? std::optional(difference) : std::nullopt;
+}
+
+double IsoSurface::t_before(const Ray& world_ray, double t_hit) const {
+  constexpr double kLeastStep = 1e-10, kFarthestStep = 1.0 / 16, kGrowth = 8;  // voxels
+  const Ray ray{index_from_world_.point(world_ray.origin),
+                index_from_world_.vector(world_ray.direction)};
+  const double voxel = 1 / length(ray.direction);
+  const double farthest = std::min(kFarthestStep * voxel, t_hit / 2);
+  const auto there = difference(ray.at(t_hit - farthest));
+  if (!there || *there == 0) return t_hit - farthest;
+  for (double step = kLeastStep * voxel; step < farthest; step *= kGrowth) {
+    const auto here = difference(ray.at(t_hit - step));
+    if (!here || *here * *there > 0) return t_hit - step;
+  }
+  return t_hit - farthest;
 }
 
 }  // namespace isolux

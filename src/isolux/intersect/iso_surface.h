@@ -38,12 +38,26 @@ class IsoSurface {
   /// gradient; nothing where that vanishes too.
   std::optional<Vec3> normal(const IsoHit& hit) const;
 
+  /// The unit normal of the surface itself at a point on it (world space), towards lower values:
+  /// that of the interpolant, where `normal` is smoothed over the neighbouring cells. Nothing where
+  /// it vanishes, is not finite, or the point lies outside the volume.
+  std::optional<Vec3> true_normal(Vec3 on_surface) const;
+
+  /// A t shortly before `t_hit`, the ray's first hit as lanes or this class tell it: the field has
+  /// the sign there that it has between the ray's origin and the surface, in doubles. So a
+  /// secondary ray that starts there starts on the side that this ray came from, by no more than
+  /// the error of the hit off the surface.
+  double t_before(const Ray& world_ray, double t_hit) const;
+
   double iso() const { return iso_; }
   const Volume& volume() const { return *volume_; }
   const Affine& index_from_world() const { return index_from_world_; }
   const Mat3& world_from_covector() const { return world_from_covector_; }
 
  private:
+  /// The interpolant minus the iso value at a point in index space; nothing outside.
+  std::optional<double> difference(Vec3 index_point) const;
+
   std::shared_ptr<const Volume> volume_;
   std::shared_ptr<const BrickGrid> bricks_;
   double iso_;

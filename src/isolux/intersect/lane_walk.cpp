@@ -15,7 +15,7 @@ namespace {
 #if HWY_TARGET == HWY_SCALAR
 
 // A machine without SSE4: the oracle does everything.
-void walk_here(const Field&, const RayLanes&, std::uint32_t lanes, HitLanes&, Found& found) {
+void walk_here(const Field&, const RayLanes&, std::uint32_t lanes, HitLanes*, Found& found) {
   found.undecided = lanes;
 }
 
@@ -36,6 +36,11 @@ HWY_INLINE Doubles to_doubles(VF v) {
 }
 HWY_INLINE VF to_floats(const Doubles& v) {
   return hn::Combine(kF, hn::DemoteTo(kHalfF, v.high), hn::DemoteTo(kHalfF, v.low));
+}
+
+// a < b, lane by lane: the difference of two doubles rounds to a float of the same sign, or to 0.
+HWY_INLINE MF is_less(const Doubles& a, const Doubles& b) {
+  return hn::Lt(to_floats({hn::Sub(a.low, b.low), hn::Sub(a.high, b.high)}), hn::Zero(kF));
 }
 
 // Rounds to the nearest whole number, for |v| < 2^22: added to 1.5 * 2^23, a float has no bits left
@@ -266,7 +271,7 @@ class Walk {
     }
   }
 
-  HWY_INLINE void end(HitLanes& hits, Found& found) {
+  HWY_INLINE void end(HitLanes* hits, Found& found) {
     if (!hn::AllFalse(kF, hn::Or(met_lanes_, undecided_))) {
       finish(met_lanes_, undecided_, hits, found);
     }
@@ -278,7 +283,8 @@ class Walk {
     const VF zero = hn::Zero(kF);
     MF active = mask_of(lanes);
     VF from = hn::Load(kF, rays_.begin + first_);
-    VF to = hn::Load(kF, rays_.end + first_);
+    // A little further than the end: finish() compares with the end itself, in doubles.
+    VF to = hn::Mul(hn::Load(kF, rays_.end + first_), hn::Set(kF, 1 + kRounding));
     VF largest = zero;
     for (int a = 0; a < 3; ++a) {
       axis_[a].direction = to_floats(load(rays_.direction[a] + first_));
@@ -433,8 +439,8 @@ class Walk {
     place = hn::IfThenElse(lanes, value, place);
   }
 
-  // Where exactly the lanes that met the surface did so.
-  HWY_INLINE void finish(MF met, MF undecided, HitLanes& hits, Found& found) {
+  // Where exactly the lanes that met the surface did so, and whether before the ray's end.
+  HWY_INLINE void finish(MF met, MF undecided, HitLanes* hits, Found& found) {
     const VF zero = hn::Zero(kF), one = hn::Set(kF, 1.0f);
     VF value;
     const VF s = zero_between(met_.cubic, met_.low, met_.high, value);
@@ -451,19 +457,23 @@ class Walk {
       sound = hn::And(sound, hn::Le(hn::Abs(hn::Sub(exact, local[a])), hn::Set(kF, 5e-7f)));
     }
     undecided = hn::Or(undecided, hn::AndNot(sound, met));
-    const MF hit = hn::And(met, sound);
+    found.undecided |= bits_of(undecided) << first_;
 
     const Doubles from = to_doubles(from_), in = to_doubles(met_.t), rest = to_doubles(along);
-    hn::Store(hn::Add(hn::Add(from.low, in.low), rest.low), kD, hits.t + first_);
-    hn::Store(hn::Add(hn::Add(from.high, in.high), rest.high), kD, hits.t + first_ + hn::Lanes(kD));
+    const Doubles t = {hn::Add(hn::Add(from.low, in.low), rest.low),
+                       hn::Add(hn::Add(from.high, in.high), rest.high)};
+    const Doubles end = to_doubles(hn::Load(kF, rays_.end + first_));
+    const MF hit = hn::And(hn::And(met, sound), is_less(t, end));
+    found.hit |= bits_of(hit) << first_;
+    if (!hits) return;
+    hn::Store(t.low, kD, hits->t + first_);
+    hn::Store(t.high, kD, hits->t + first_ + hn::Lanes(kD));
     for (int a = 0; a < 3; ++a) {
       hn::Store(met_.cell[a], kI, found.cell[a] + first_);
       hn::Store(local[a], kF, found.local[a] + first_);
     }
     MF away = hn::FirstN(kF, 0);
-    const MF without = normals(hit, local, away, hits);
-    found.hit |= bits_of(hit) << first_;
-    found.undecided |= bits_of(undecided) << first_;
+    const MF without = normals(hit, local, away, *hits);
     found.away |= bits_of(away) << first_;
     found.without_normal |= bits_of(without) << first_;
   }
@@ -542,7 +552,7 @@ class Walk {
 };
 
 template <typename T, bool kWide>
-void walk_all(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes& hits,
+void walk_all(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
               Found& found) {
   const std::size_t step = hn::Lanes(kF);
   const auto mine = [&](std::size_t first) { return lanes >> first & ((1u << step) - 1); };
@@ -575,7 +585,7 @@ void walk_all(const Field& field, const RayLanes& rays, std::uint32_t lanes, Hit
   }
 }
 
-void walk_here(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes& hits,
+void walk_here(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
                Found& found) {
   const auto with = [&]<typename T>(T) {
     field.is_wide ? walk_all<T, true>(field, rays, lanes, hits, found)
@@ -604,7 +614,7 @@ namespace isolux::lanes {
 
 HWY_EXPORT(walk_here);
 
-void walk(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes& hits,
+void walk(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
           Found& found) {
   HWY_DYNAMIC_DISPATCH(walk_here)(field, rays, lanes, hits, found);
 }

@@ -27,7 +27,7 @@ struct Field {
   float world_from_covector[3][3];  ///< row-major
 };
 
-/// A hit, to have its normal told by the oracle where the lanes leave it.
+/// What the walk found, with what the oracle needs where the lanes leave something to it.
 struct Found {
   std::uint32_t hit = 0;
   std::uint32_t away = 0;            ///< the normal points along the ray
@@ -37,8 +37,9 @@ struct Found {
   alignas(64) float local[3][RayLanes::kCount];
 };
 
-/// The code for the best instruction set allowed.
-void walk(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes& hits,
+/// The code for the best instruction set allowed. Without `hits` the hits have no place and no
+/// normal, but are the same.
+void walk(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
           Found& found);
 
 }  // namespace isolux::lanes

@@ -4,22 +4,72 @@
 #include "isolux/render/relight.h"
 
 namespace isolux {
+namespace {
+
+Rgb weight_of(const FurtherPoint& point) {
+  return {point.weight[0], point.weight[1], point.weight[2]};
+}
+
+ExplainedLayer layer_of(const Scene& scene, std::int32_t surface, const MeshPoint& on_mesh,
+                        const SurfacePoint& point, const std::vector<float>& shares) {
+  ExplainedLayer layer;
+  layer.surface = surface;
+  layer.material = material_at(scene.surfaces[static_cast<std::size_t>(surface)], on_mesh);
+  light_point(scene, surface, on_mesh, point, shares, layer.terms);
+  return layer;
+}
+
+// Layers behind the nearest, mirrors and background.
+void add_further(const Scene& scene, const FurtherPoint& point, const std::vector<float>& shares,
+                 Explanation& e) {
+  const Rgb weight = weight_of(point);
+  if (point.surface == FurtherPoint::kBackground) {
+    Rgb& to = point.is_mirrored ? e.mirror : e.background;
+    to = to + weight * scene.background;
+    return;
+  }
+  ExplainedLayer layer = layer_of(scene, point.surface, point.point, point_of(point), shares);
+  if (point.is_mirrored) {
+    e.mirror = e.mirror + layer.material.opacity * (weight * layer.terms.total);
+    return;
+  }
+  layer.depth_mm = point.came_mm;
+  layer.weight = weight.r * layer.material.opacity;
+  e.layers.push_back(std::move(layer));
+}
+
+}  // namespace
 
 Explanation explain(const Scene& scene, int x, int y) {
+  const RayCaster caster(scene);
+  const PixelView view = caster.cast_around(*scene.camera, x, y);
+  const SurfaceBuffer& buffer = view.buffer;
+  Shadows shadows;
+  cast_shadows(scene, caster.surfaces(), buffer, shadows);
+  const std::size_t place = buffer.at(x - buffer.first_x, y - buffer.first_y);
+
   Explanation e;
   e.x = x;
   e.y = y;
   e.eye_ray = scene.camera->ray(x, y);
-  const PixelHit hit = RayCaster(scene).cast_pixel(*scene.camera, x, y);
-  e.sample = hit.sample;
-  e.turned = hit.turned;
-  if (hit.sample.is_hit()) {
-    light_sample(scene, e.eye_ray, e.sample, e.terms);
-    e.radiance = light_pixel(scene, e.sample, x, y);
+  e.turned = view.turned;
+  e.radiance = light(scene, buffer, shadows).total.at(place);
+  const SurfaceSample sample = buffer.sample(place);
+  if (sample.is_hit()) {
+    e.layers.push_back(layer_of(scene, sample.surface, sample.point, point_of(e.eye_ray, sample),
+                                shadows.of_pixel(place)));
+    e.layers[0].depth_mm = sample.depth_mm;
+    e.layers[0].weight = e.layers[0].material.opacity;
+    for (std::size_t n = 0; !buffer.further.empty() && n < buffer.further[0].size(); ++n) {
+      const FurtherPoint& point = buffer.further[0][n];
+      if (point.pixel == place) add_further(scene, point, shadows.of_further(0, n), e);
+    }
   } else {
-    RgbLayer as_floats(1);
-    as_floats.set(0, scene.background);
-    e.radiance = as_floats.at(0);
+    e.background = scene.background;
+  }
+  e.total = e.mirror + e.background;
+  for (const ExplainedLayer& layer : e.layers) {
+    e.total = e.total + layer.weight * layer.terms.total;
   }
   const DisplayTable table(scene.display);
   for (int c = 0; c < 3; ++c) {

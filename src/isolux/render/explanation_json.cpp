@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "isolux/render/surface_buffer.h"
+
 namespace isolux {
 namespace {
 
@@ -17,33 +19,75 @@ json light_json(const LightTerms& t) {
           {"cos_theta", t.cos_theta},
           {"cos_phi", t.cos_phi},
           {"falloff", t.falloff},
-          {"visibility", 1.0},
+          {"visibility", t.visibility},
           {"diffuse", numbers(t.diffuse)},
           {"specular", numbers(t.specular)}};
 }
 
+// The place and vectors of a layer, and its terms times `weight`.
+json layer_json(const ExplainedLayer& layer, double weight) {
+  json object = {{"surface", layer.surface},
+                 {"to_eye", numbers(layer.terms.point.to_eye)},
+                 {"position", numbers(layer.terms.point.position)},
+                 {"normal", numbers(layer.terms.point.normal)},
+                 {"depth", layer.depth_mm},
+                 {"ambient", numbers(weight * layer.terms.ambient)},
+                 {"lights", json::array()}};
+  for (LightTerms t : layer.terms.lights) {
+    t.diffuse = weight * t.diffuse;
+    t.specular = weight * t.specular;
+    object["lights"].push_back(light_json(t));
+  }
+  return object;
+}
+
+// What all layers add to each term: the nearest one's vectors, with the sums of the terms.
+json summed_json(const Explanation& e) {
+  ExplainedLayer nearest = e.layers[0];
+  PointTerms& sum = nearest.terms;
+  const double own = nearest.weight;
+  sum.ambient = own * sum.ambient;
+  for (LightTerms& t : sum.lights) {
+    t.diffuse = own * t.diffuse;
+    t.specular = own * t.specular;
+  }
+  for (std::size_t k = 1; k < e.layers.size(); ++k) {
+    const ExplainedLayer& layer = e.layers[k];
+    sum.ambient = sum.ambient + layer.weight * layer.terms.ambient;
+    for (std::size_t l = 0; l < sum.lights.size(); ++l) {
+      LightTerms& t = sum.lights[l];
+      t.diffuse = t.diffuse + layer.weight * layer.terms.lights[l].diffuse;
+      t.specular = t.specular + layer.weight * layer.terms.lights[l].specular;
+    }
+  }
+  return layer_json(nearest, 1);
+}
+
 }  // namespace
 
-json explain_json(const Scene& scene, const Explanation& e) {
+json explain_json(const Explanation& e) {
   json object = {{"pixel", {e.x, e.y}},
-                 {"hit", e.sample.is_hit()},
-                 {"surface", e.sample.surface},
+                 {"hit", e.is_hit()},
+                 {"surface", SurfaceSample::kNothing},
                  {"to_eye", numbers(-e.eye_ray.direction)},
                  {"position", numbers(Vec3{})},
                  {"normal", numbers(Vec3{})},
                  {"ambient", numbers(Rgb{})},
                  {"lights", json::array()},
+                 {"layers", json::array()},
                  {"indirect", numbers(Rgb{})},
-                 {"mirror", numbers(Rgb{})},
-                 {"total", numbers(scene.background)},
+                 {"mirror", numbers(e.mirror)},
+                 {"background", numbers(e.background)},
+                 {"total", numbers(e.total)},
                  {"display", e.shown}};
-  if (!e.sample.is_hit()) return object;
-  object["position"] = numbers(e.terms.point.position);
-  object["normal"] = numbers(e.terms.point.normal);
-  object["depth"] = e.sample.depth_mm;
-  object["ambient"] = numbers(e.terms.ambient);
-  for (const LightTerms& t : e.terms.lights) object["lights"].push_back(light_json(t));
-  object["total"] = numbers(e.terms.total);
+  if (e.is_hit()) object.update(summed_json(e));
+  for (const ExplainedLayer& layer : e.layers) {
+    json own = layer_json(layer, 1);
+    own["opacity"] = layer.material.opacity;
+    own["weight"] = layer.weight;
+    own["total"] = numbers(layer.terms.total);
+    object["layers"].push_back(std::move(own));
+  }
   return object;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "isolux/render/surface_buffer.h"
@@ -21,19 +23,20 @@ struct RgbLayer {
 };
 
 /// The terms of the reflection model for each pixel, kept apart, in the order of a SurfaceBuffer; 0
-/// where nothing is met.
+/// where nothing is met. Of translucent layers each term is the sum with the layers' weights.
 struct Radiance {
   RgbLayer ambient;
   RgbLayer diffuse;
   RgbLayer specular;
-  RgbLayer total;  ///< their sum; the background where nothing is met
+  RgbLayer mirror;
+  RgbLayer total;  ///< their sum, and the background as far as it is seen
 
   explicit Radiance(std::size_t pixels)
-      : ambient(pixels), diffuse(pixels), specular(pixels), total(pixels) {}
+      : ambient(pixels), diffuse(pixels), specular(pixels), mirror(pixels), total(pixels) {}
 };
 
-/// The terms of one pixel, before they are rounded to floats.
-struct PixelTerms {
+/// The terms of one point, before they are rounded to floats, but for what a mirror there shows.
+struct PointTerms {
   SurfacePoint point;
   Rgb ambient;
   std::vector<LightTerms> lights;
@@ -42,10 +45,16 @@ struct PixelTerms {
   Rgb total;
 };
 
-/// Lights the surface that one eye ray has met (`sample.is_hit()`), into `terms`, whose list of
-/// lights is used again. Explanations tell these numbers; pictures have them from `relight`, which
-/// does the same in lanes of floats.
-void light_sample(const Scene& scene, const Ray& eye_ray, const SurfaceSample& sample,
-                  PixelTerms& terms);
+/// Lights one point of surface number `surface` (at `on_mesh`, if it is a mesh), into `terms`,
+/// whose list of lights is used again. `shares`: how much of each light its shadows leave; empty:
+/// all. Explanations tell these numbers; pictures have them from `relight`, which does the same in
+/// lanes of floats.
+void light_point(const Scene& scene, std::int32_t surface, const MeshPoint& on_mesh,
+                 const SurfacePoint& point, std::span<const float> shares, PointTerms& terms);
+
+/// The point that an eye ray has met.
+SurfacePoint point_of(const Ray& eye_ray, const SurfaceSample& sample);
+/// A further point of a pixel that is not the background.
+SurfacePoint point_of(const FurtherPoint& further);
 
 }  // namespace isolux

@@ -9,6 +9,24 @@
 
 namespace isolux {
 
+namespace {
+
+// The share of the pixel that surfaces hide: what the background does not shine through.
+float coverage(const Scene& scene, const SurfaceBuffer& buffer, std::size_t place) {
+  if (!buffer.is_hit(place)) return 0;
+  const auto surface = static_cast<std::size_t>(buffer.surface[place]);
+  if (scene.surfaces[surface].material.opacity == 1) return 1;
+  for (const FurtherPoint& point : buffer.further[place / SurfaceBuffer::kTilePixels]) {
+    if (point.pixel == place % SurfaceBuffer::kTilePixels && !point.is_mirrored &&
+        point.surface == FurtherPoint::kBackground) {
+      return 1 - point.weight[0];
+    }
+  }
+  return 1;
+}
+
+}  // namespace
+
 Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radiance& radiance) {
   Layers layers{buffer.width(), buffer.height(), {}};
   // From the order of tiles to rows.
@@ -39,13 +57,12 @@ Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radianc
     });
   };
   add_rgb("", radiance.total);
-  add_sample("A", [](const SurfaceSample& sample) { return sample.is_hit(); });
+  add("A", [&](int x, int y) { return coverage(scene, buffer, buffer.at(x, y)); });
   add_rgb("ambient.", radiance.ambient);
   add_rgb("diffuse.", radiance.diffuse);
   add_rgb("specular.", radiance.specular);
-  const RgbLayer none(buffer.pixels());  // no indirect light and no mirrors are asked for
-  add_rgb("indirect.", none);
-  add_rgb("mirror.", none);
+  add_rgb("indirect.", RgbLayer(buffer.pixels()));  // none is asked for
+  add_rgb("mirror.", radiance.mirror);
   add_sample("normal.X", [](const SurfaceSample& sample) { return sample.normal_x; });
   add_sample("normal.Y", [](const SurfaceSample& sample) { return sample.normal_y; });
   add_sample("normal.Z", [](const SurfaceSample& sample) { return sample.normal_z; });
@@ -57,11 +74,11 @@ Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radianc
   return layers;
 }
 
-std::string encode_picture(const Scene& scene, const SurfaceBuffer& buffer,
+std::string encode_picture(const Scene& scene, const SurfaceBuffer& buffer, const Shadows& shadows,
                            const Metadata& metadata, bool is_exr) {
-  if (is_exr) return encode_exr(exr_layers(scene, buffer, light(scene, buffer)), metadata);
+  if (is_exr) return encode_exr(exr_layers(scene, buffer, light(scene, buffer, shadows)), metadata);
   const bool is_srgb = scene.display.curve == Display::Curve::kSrgb;
-  return encode_png(LitPicture().relight(scene, buffer), metadata, is_srgb);
+  return encode_png(LitPicture().relight(scene, buffer, shadows), metadata, is_srgb);
 }
 
 void check_picture_memory(const SceneDescription& scene, bool is_exr) {

@@ -5,6 +5,7 @@
 #include "isolux/image/layers.h"
 #include "isolux/image/metadata.h"
 #include "isolux/render/lighting.h"
+#include "isolux/render/shadows.h"
 #include "isolux/render/surface_buffer.h"
 #include "isolux/scene/scene.h"
 
@@ -14,7 +15,7 @@ namespace isolux {
 Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radiance& radiance);
 
 /// The bytes of a PNG file of the displayed picture, or of an EXR file of all layers.
-std::string encode_picture(const Scene& scene, const SurfaceBuffer& buffer,
+std::string encode_picture(const Scene& scene, const SurfaceBuffer& buffer, const Shadows& shadows,
                            const Metadata& metadata, bool is_exr);
 
 /// @throws WorkError  where drawing such a picture takes more memory than is allowed.

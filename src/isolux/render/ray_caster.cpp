@@ -6,8 +6,8 @@
 #include <variant>
 
 #include "isolux/base/parallel.h"
-#include "isolux/mesh/extract_isosurface.h"
 #include "isolux/mesh/mesh_attributes.h"
+#include "isolux/render/further_points.h"
 #include "isolux/render/mesh_view.h"
 #include "isolux/render/tile_bounds.h"
 
@@ -21,66 +21,30 @@ static_assert(kLanes == 2 * SurfaceBuffer::kBlockPixels);
 constexpr int lane_x(int n) { return (n & 3) + (n >> 4 << 2); }
 constexpr int lane_y(int n) { return n >> 2 & 3; }
 
-// The nearest hits of some pixels, with t as the fan counts it.
-struct PixelHits {
-  std::uint32_t hit = 0;
-  std::uint32_t turned = 0;
-  double t[kLanes];
-  float normal[3][kLanes];
-  std::int32_t surface[kLanes];
-  MeshPoint point[kLanes];
-
-  void add(const HitLanes& hits, std::int32_t number) {
-    for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
-      const int n = std::countr_zero(rest);
-      const std::uint32_t bit = 1u << n;
-      if ((hit & bit) && !(hits.t[n] < t[n])) continue;
-      hit |= bit;
-      turned = (turned & ~bit) | (hits.away & bit);
-      t[n] = hits.t[n];
-      surface[n] = number;
-      point[n] = {};
-      for (int axis = 0; axis < 3; ++axis) {
-        normal[axis][n] = hits.away & bit ? -hits.normal[axis][n] : hits.normal[axis][n];
-      }
-    }
-  }
-
-  // A hit of lane n that is nearer than what it had.
-  void add(int n, std::int32_t number, const MeshHit& hit_there, Vec3 outward, bool away) {
-    const std::uint32_t bit = 1u << n;
-    hit |= bit;
-    turned = away ? turned | bit : turned & ~bit;
-    t[n] = hit_there.t;
-    surface[n] = number;
-    point[n] = {hit_there.triangle, static_cast<float>(hit_there.u),
-                static_cast<float>(hit_there.v)};
-    for (int axis = 0; axis < 3; ++axis) {
-      normal[axis][n] = static_cast<float>(away ? -outward[axis] : outward[axis]);
-    }
-  }
-};
-
 }  // namespace
 
 // What one camera sees of a caster's surfaces.
 class RayCaster::Eye {
  public:
-  Eye(const std::vector<Prepared>& surfaces, const Camera& camera)
+  Eye(const SceneSurfaces& surfaces, Visibility visibility, const Camera& camera)
       : width_(camera.width()), height_(camera.height()), world_(camera.fan()) {
-    for (const Prepared& surface : surfaces) {
-      if (surface.lanes) {
-        views_.emplace_back(IsoView(*surface.lanes, world_, camera));
+    for (const PreparedSurface& surface : surfaces.all()) {
+      if (surface.lanes()) {
+        views_.emplace_back(IsoView(*surface.lanes(), world_, camera));
+      } else if (visibility == Visibility::kRaster) {
+        views_.emplace_back(SeenMesh{surface.mesh(), {*surface.mesh(), camera}});
       } else {
-        views_.emplace_back(surface.tree ? SeenMesh{surface.mesh, {surface.tree, camera}}
-                                         : SeenMesh{surface.mesh, {*surface.mesh, camera}});
+        views_.emplace_back(SeenMesh{surface.mesh(), {surface.tree(), camera}});
       }
     }
   }
 
+  // Whether row y is in the picture.
+  bool sees(int y) const { return y < height_; }
+
   // The 8 x 4 pixels from (x0, y0): the upper or lower half of a tile.
-  PixelHits trace(int x0, int y0) const {
-    PixelHits nearest;
+  PacketHits trace(int x0, int y0) const {
+    PacketHits nearest;
     const std::uint32_t inside = pixels_inside(x0, y0);
     for (std::size_t n = 0; n < views_.size(); ++n) {
       const auto number = static_cast<std::int32_t>(n);
@@ -96,6 +60,17 @@ class RayCaster::Eye {
     return nearest;
   }
 
+  // Their rays, of unit direction.
+  RayPacket rays(int x0, int y0) const {
+    RayPacket packet;
+    for (int n = 0; n < kLanes; ++n) {
+      Ray ray = world_.ray(x0 + lane_x(n), y0 + lane_y(n));
+      ray.direction = normalize(ray.direction);
+      packet.set(n, ray);
+    }
+    return packet;
+  }
+
  private:
   struct IsoView {
     const IsoLanes* lanes;
@@ -109,12 +84,12 @@ class RayCaster::Eye {
     }
   };
   struct SeenMesh {
-    std::shared_ptr<const Mesh> mesh;
+    const Mesh* mesh;
     MeshView view;
   };
 
   void trace_iso(const IsoView& view, std::int32_t number, int x0, int y0, std::uint32_t inside,
-                 PixelHits& nearest) const {
+                 PacketHits& nearest) const {
     RayLanes rays;
     HitLanes hits;
     std::uint32_t lanes = 0;
@@ -132,7 +107,7 @@ class RayCaster::Eye {
   }
 
   void trace_mesh(const SeenMesh& seen, std::int32_t number, int x0, int y0, std::uint32_t inside,
-                  PixelHits& nearest) const {
+                  PacketHits& nearest) const {
     for (std::uint32_t rest = inside; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
       const int x = x0 + lane_x(n), y = y0 + lane_y(n);
@@ -142,7 +117,7 @@ class RayCaster::Eye {
       if (!hit) continue;
       const MeshPoint point{hit->triangle, static_cast<float>(hit->u), static_cast<float>(hit->v)};
       const Vec3 outward = shading_normal(*seen.mesh, point);
-      nearest.add(n, number, *hit, outward, dot(outward, world_.direction.at(x, y)) > 0);
+      nearest.add(n, number, hit->t, point, outward, dot(outward, world_.direction.at(x, y)) > 0);
     }
   }
 
@@ -168,16 +143,12 @@ class RayCaster::Eye {
     return lanes;
   }
 
-  // From the fan's t to mm; and where the surface has no normal, it faces the eye.
-  void finish(int x0, int y0, int n, PixelHits& hits) const {
+  // From the fan's t to mm.
+  void finish(int x0, int y0, int n, PacketHits& hits) const {
     const Vec3 direction = world_.direction.at(x0 + lane_x(n), y0 + lane_y(n));
     const double scale = length(direction);
     hits.t[n] *= scale;
-    auto& [nx, ny, nz] = hits.normal;
-    if (nx[n] != 0 || ny[n] != 0 || nz[n] != 0) return;
-    nx[n] = static_cast<float>(-direction.x / scale);
-    ny[n] = static_cast<float>(-direction.y / scale);
-    nz[n] = static_cast<float>(-direction.z / scale);
+    hits.face(n, direction);
   }
 
   int width_, height_;
@@ -185,42 +156,8 @@ class RayCaster::Eye {
   std::vector<std::variant<IsoView, SeenMesh>> views_;
 };
 
-RayCaster::Prepared RayCaster::prepared(const SurfaceItem& item, Visibility visibility,
-                                        const RayCaster* previous) {
-  // Made once, by this caster or by the one before.
-  const auto kept = [&](auto RayCaster::*map, const auto& key, const auto& make) {
-    auto& value = (this->*map)[key];
-    if (!value && previous && (previous->*map).contains(key)) value = (previous->*map).at(key);
-    if (!value) value = make();
-    return value;
-  };
-  const VolumeAndIso key{item.volume, item.iso};
-  if (visibility == Visibility::kRaster) {
-    if (item.mesh) return {.lanes = nullptr, .mesh = item.mesh, .tree = nullptr};
-    const auto extracted = kept(&RayCaster::meshes_, key, [&] {
-      return std::make_shared<const Mesh>(extract_isosurface(*item.volume, item.iso));
-    });
-    return {.lanes = nullptr, .mesh = extracted, .tree = nullptr};
-  }
-  if (item.mesh) {
-    const auto tree = kept(&RayCaster::trees_, item.mesh,
-                           [&] { return std::make_shared<const MeshSurface>(item.mesh); });
-    return {.lanes = nullptr, .mesh = item.mesh, .tree = tree};
-  }
-  const auto bricks = kept(&RayCaster::bricks_, item.volume,
-                           [&] { return std::make_shared<const BrickGrid>(*item.volume); });
-  const auto lanes = kept(&RayCaster::lanes_, key, [&] {
-    return std::make_shared<const IsoLanes>(IsoSurface(item.volume, bricks, item.iso), *bricks);
-  });
-  return {.lanes = lanes, .mesh = nullptr, .tree = nullptr};
-}
-
-RayCaster::RayCaster(const Scene& scene, const RayCaster* previous) {
-  for (const SurfaceItem& item : scene.surfaces) {
-    surfaces_.push_back(prepared(item, scene.visibility, previous));
-    has_painted_ |= item.is_painted;
-  }
-}
+RayCaster::RayCaster(const Scene& scene, const RayCaster* previous)
+    : scene_(scene), surfaces_(scene, previous ? &previous->surfaces_ : nullptr) {}
 
 SurfaceBuffer RayCaster::cast(const Camera& camera, const ProgressListener& listener) const {
   SurfaceBuffer buffer(camera.width(), camera.height());
@@ -230,45 +167,63 @@ SurfaceBuffer RayCaster::cast(const Camera& camera, const ProgressListener& list
 
 void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
                      const ProgressListener& listener) const {
-  const Eye eye(surfaces_, camera);
-  buffer.points.resize(has_painted_ ? buffer.pixels() : 0);
-  const auto tiles_x = static_cast<std::size_t>(buffer.tiles_x());
+  const Eye eye(surfaces_, scene_.visibility, camera);
+  prepare(buffer);
   Progress progress(listener, "tracing", static_cast<std::size_t>(buffer.tiles_y()));
-  const auto trace_row = [&](std::size_t row) {
-    for (std::size_t column = 0; column < tiles_x; ++column) {
-      const std::size_t tile = row * tiles_x + column;
-      buffer.hits[tile] = 0;
-      for (std::size_t half = 0; half < 2; ++half) {
-        const int x0 = static_cast<int>(8 * column), y0 = static_cast<int>(8 * row + 4 * half);
-        if (y0 >= camera.height()) continue;
-        const PixelHits hits = eye.trace(x0, y0);
-        if (hits.hit == 0) continue;
-        buffer.hits[tile] |= std::uint64_t{hits.hit} << (32 * half);
-        const std::size_t at = 64 * tile + 32 * half;
-        std::copy_n(hits.t, kLanes, buffer.depth_mm.data() + at);
-        std::copy_n(hits.normal[0], kLanes, buffer.normal_x.data() + at);
-        std::copy_n(hits.normal[1], kLanes, buffer.normal_y.data() + at);
-        std::copy_n(hits.normal[2], kLanes, buffer.normal_z.data() + at);
-        std::copy_n(hits.surface, kLanes, buffer.surface.data() + at);
-        if (has_painted_) std::copy_n(hits.point, kLanes, buffer.points.data() + at);
-      }
-    }
-  };
   parallel_for(static_cast<std::size_t>(buffer.tiles_y()), 1,
                [&](std::size_t begin, std::size_t end) {
-                 for (std::size_t row = begin; row < end; ++row) trace_row(row);
+                 const auto tiles_x = static_cast<std::size_t>(buffer.tiles_x());
+                 for (std::size_t tile = begin * tiles_x; tile < end * tiles_x; ++tile) {
+                   cast_tile(eye, tile, buffer);
+                 }
                  progress.advance(end - begin);
                });
 }
 
-PixelHit RayCaster::cast_pixel(const Camera& camera, int x, int y) const {
-  const Eye eye(surfaces_, camera);
-  const PixelHits hits = eye.trace(x & ~7, y & ~3);
-  const int n = (x & 4) * 4 + (y & 3) * 4 + (x & 3);
-  if (!(hits.hit >> n & 1)) return {};
-  return {{hits.t[n], hits.normal[0][n], hits.normal[1][n], hits.normal[2][n], hits.surface[n],
-           hits.point[n]},
-          (hits.turned >> n & 1) != 0};
+PixelView RayCaster::cast_around(const Camera& camera, int x, int y) const {
+  PixelView view{SurfaceBuffer(SurfaceBuffer::kTile, SurfaceBuffer::kTile), false};
+  SurfaceBuffer& buffer = view.buffer;
+  buffer.first_x = x - x % SurfaceBuffer::kTile;
+  buffer.first_y = y - y % SurfaceBuffer::kTile;
+  prepare(buffer);
+  const std::uint64_t turned = cast_tile(Eye(surfaces_, scene_.visibility, camera), 0, buffer);
+  view.turned = (turned >> buffer.at(x - buffer.first_x, y - buffer.first_y) & 1) != 0;
+  return view;
+}
+
+void RayCaster::prepare(SurfaceBuffer& buffer) const {
+  const bool has_meshes =
+      std::ranges::any_of(surfaces_.all(), [](const auto& surface) { return surface.mesh(); });
+  buffer.points.resize(has_meshes ? buffer.pixels() : 0);
+  buffer.further.clear();
+  buffer.further.resize(has_further_points(scene_) ? buffer.hits.size() : 0);
+}
+
+std::uint64_t RayCaster::cast_tile(const Eye& eye, std::size_t tile, SurfaceBuffer& buffer) const {
+  const auto tiles_x = static_cast<std::size_t>(buffer.tiles_x());
+  const int x0 = buffer.first_x + static_cast<int>(8 * (tile % tiles_x));
+  const int y0 = buffer.first_y + static_cast<int>(8 * (tile / tiles_x));
+  std::uint64_t turned = 0;
+  buffer.hits[tile] = 0;
+  for (std::size_t half = 0; half < 2; ++half) {
+    const int y = y0 + static_cast<int>(4 * half);
+    if (!eye.sees(y)) continue;
+    const PacketHits hits = eye.trace(x0, y);
+    if (hits.hit == 0) continue;
+    buffer.hits[tile] |= std::uint64_t{hits.hit} << (32 * half);
+    turned |= std::uint64_t{hits.turned} << (32 * half);
+    const std::size_t at = 64 * tile + 32 * half;
+    std::copy_n(hits.t, kLanes, buffer.depth_mm.data() + at);
+    std::copy_n(hits.normal[0], kLanes, buffer.normal_x.data() + at);
+    std::copy_n(hits.normal[1], kLanes, buffer.normal_y.data() + at);
+    std::copy_n(hits.normal[2], kLanes, buffer.normal_z.data() + at);
+    std::copy_n(hits.surface, kLanes, buffer.surface.data() + at);
+    if (!buffer.points.empty()) std::copy_n(hits.point, kLanes, buffer.points.data() + at);
+    if (buffer.further.empty()) continue;
+    FurtherPointFinder(scene_, surfaces_)
+        .find(eye.rays(x0, y), hits, static_cast<std::uint8_t>(32 * half), buffer.further[tile]);
+  }
+  return turned;
 }
 
 }  // namespace isolux

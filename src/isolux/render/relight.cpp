@@ -47,16 +47,19 @@ std::uint32_t shown(const DisplayTable& table, Rgb radiance) {
 
 namespace relighting {
 
-Inputs::Inputs(const Scene& s, const SurfaceBuffer& b) : scene(&s), buffer(&b) {
+Inputs::Inputs(const Scene& s, const SurfaceBuffer& b, const Shadows& v)
+    : scene(&s), buffer(&b), shadows(&v), eye(s.camera->eye()) {
+  set(background, s.background);
   for (const SurfaceItem& item : s.surfaces) {
     Surface& surface = surfaces.emplace_back();
-    set(surface.ambient, ambient_term(item.material, s.ambient));
-    set(surface.kd, item.material.kd);
-    set(surface.ks, item.material.ks);
+    const double opacity = item.material.opacity;
+    set(surface.ambient, opacity * ambient_term(item.material, s.ambient));
+    set(surface.kd, opacity * item.material.kd);
+    set(surface.ks, opacity * item.material.ks);
+    has_painted |= item.is_painted;
     surface.shininess = static_cast<float>(item.material.shininess);
   }
   const RayFan fan = s.camera->fan();
-  const Vec3 eye = s.camera->eye();
   for (const Light& light : s.lights) {
     Lamp& lamp = lamps.emplace_back();
     lamp.is_point = light.kind == Light::Kind::kPoint;
@@ -80,18 +83,21 @@ namespace {
 template <typename Wanted>
 void light_each(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out,
                 const Wanted& wanted) {
-  PixelTerms terms;
+  PointTerms terms;
   each_pixel(*in.buffer, begin, end, [&](std::size_t place, int x, int y) {
     const SurfaceSample sample = in.buffer->sample(place);
-    if (!sample.is_hit() || !wanted(in.scene->surfaces[static_cast<std::size_t>(sample.surface)])) {
-      return;
-    }
-    light_sample(*in.scene, in.scene->camera->ray(in.first_x + x, in.first_y + y), sample, terms);
-    out.total->set(place, terms.total);
+    if (!sample.is_hit()) return;
+    const SurfaceItem& item = in.scene->surfaces[static_cast<std::size_t>(sample.surface)];
+    if (!wanted(item)) return;
+    const Ray ray = in.scene->camera->ray(in.buffer->first_x + x, in.buffer->first_y + y);
+    light_point(*in.scene, sample.surface, sample.point, point_of(ray, sample),
+                in.shadows->of_pixel(place), terms);
+    const double opacity = item.material.opacity;
+    out.total->set(place, opacity * terms.total);
     if (!out.ambient) return;
-    out.ambient->set(place, terms.ambient);
-    out.diffuse->set(place, terms.diffuse);
-    out.specular->set(place, terms.specular);
+    out.ambient->set(place, opacity * terms.ambient);
+    out.diffuse->set(place, opacity * terms.diffuse);
+    out.specular->set(place, opacity * terms.specular);
   });
 }
 
@@ -104,6 +110,52 @@ void light_painted(const Inputs& in, std::size_t begin, std::size_t end, const O
 void light_plainly(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
   light_each(in, begin, end, out, [](const SurfaceItem&) { return true; });
   if (out.picture) show_plainly(in, begin, end, out);
+}
+
+void add_further(const Inputs& in, std::size_t tile, const FurtherPoint& point,
+                 const float (&ambient)[3], const float (&diffuse)[3], const float (&specular)[3],
+                 const Outputs& out) {
+  const std::size_t place = SurfaceBuffer::kTilePixels * tile + point.pixel;
+  const bool is_background = point.surface == FurtherPoint::kBackground;
+  for (int c = 0; c < 3; ++c) {
+    const float w = point.weight[c];
+    const float sum =
+        w * (is_background ? in.background[c] : ambient[c] + diffuse[c] + specular[c]);
+    out.total->channel(c)[place] += sum;
+    if (!out.ambient) continue;
+    if (point.is_mirrored) {
+      out.mirror->channel(c)[place] += sum;
+    } else if (!is_background) {
+      out.ambient->channel(c)[place] += w * ambient[c];
+      out.diffuse->channel(c)[place] += w * diffuse[c];
+      out.specular->channel(c)[place] += w * specular[c];
+    }
+  }
+}
+
+void add_further_plainly(const Inputs& in, std::size_t tile, std::size_t n, const Outputs& out) {
+  const FurtherPoint& point = in.buffer->further[tile][n];
+  float ambient[3] = {}, diffuse[3] = {}, specular[3] = {};
+  if (point.surface != FurtherPoint::kBackground) {
+    PointTerms terms;
+    light_point(*in.scene, point.surface, point.point, point_of(point),
+                in.shadows->of_further(tile, n), terms);
+    const double opacity =
+        in.scene->surfaces[static_cast<std::size_t>(point.surface)].material.opacity;
+    set(ambient, opacity * terms.ambient);
+    set(diffuse, opacity * terms.diffuse);
+    set(specular, opacity * terms.specular);
+  }
+  add_further(in, tile, point, ambient, diffuse, specular, out);
+}
+
+void light_further_plainly(const Inputs& in, std::size_t begin, std::size_t end,
+                           const Outputs& out) {
+  for (std::size_t tile = begin; tile < end; ++tile) {
+    for (std::size_t n = 0; n < in.buffer->further[tile].size(); ++n) {
+      add_further_plainly(in, tile, n, out);
+    }
+  }
 }
 
 void show_plainly(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
@@ -137,13 +189,14 @@ void write_block(const std::uint32_t* pixels, Picture& picture, int x0, int y0) 
 
 }  // namespace relighting
 
-Radiance light(const Scene& scene, const SurfaceBuffer& buffer) {
+Radiance light(const Scene& scene, const SurfaceBuffer& buffer, const Shadows& shadows) {
   Radiance radiance(buffer.pixels());
-  const Inputs in(scene, buffer);
+  const Inputs in(scene, buffer, shadows);
   const Outputs out{.total = &radiance.total,
                     .ambient = &radiance.ambient,
                     .diffuse = &radiance.diffuse,
-                    .specular = &radiance.specular};
+                    .specular = &radiance.specular,
+                    .mirror = &radiance.mirror};
   parallel_for(buffer.hits.size(), kTilesAPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t place = 64 * begin; place < 64 * end; ++place) {
       radiance.total.set(place, scene.background);
@@ -151,21 +204,6 @@ Radiance light(const Scene& scene, const SurfaceBuffer& buffer) {
     relighting::light(in, begin, end, out);
   });
   return radiance;
-}
-
-Rgb light_pixel(const Scene& scene, const SurfaceSample& sample, int x, int y) {
-  SurfaceBuffer buffer(SurfaceBuffer::kTile, SurfaceBuffer::kTile);
-  const std::size_t place = buffer.at(x % SurfaceBuffer::kTile, y % SurfaceBuffer::kTile);
-  if (scene.surfaces[static_cast<std::size_t>(sample.surface)].is_painted) {
-    buffer.points.resize(buffer.pixels());
-  }
-  buffer.set(place, sample);
-  RgbLayer total(buffer.pixels());
-  Inputs in(scene, buffer);
-  in.first_x = x - x % SurfaceBuffer::kTile;
-  in.first_y = y - y % SurfaceBuffer::kTile;
-  relighting::light(in, 0, 1, {.total = &total});
-  return total.at(place);
 }
 
 void LitPicture::prepare(const Scene& scene, const SurfaceBuffer& buffer) {
@@ -182,17 +220,19 @@ void LitPicture::prepare(const Scene& scene, const SurfaceBuffer& buffer) {
   background_ = background;
 }
 
-const Picture& LitPicture::relight(const Scene& scene, const SurfaceBuffer& buffer) {
-  return draw(scene, buffer, relighting::light);
+const Picture& LitPicture::relight(const Scene& scene, const SurfaceBuffer& buffer,
+                                   const Shadows& shadows) {
+  return draw(scene, buffer, shadows, relighting::light);
 }
 
 const Picture& LitPicture::redisplay(const Scene& scene, const SurfaceBuffer& buffer) {
-  return draw(scene, buffer, relighting::show);
+  return draw(scene, buffer, {}, relighting::show);
 }
 
-const Picture& LitPicture::draw(const Scene& scene, const SurfaceBuffer& buffer, Stage stage) {
+const Picture& LitPicture::draw(const Scene& scene, const SurfaceBuffer& buffer,
+                                const Shadows& shadows, Stage stage) {
   prepare(scene, buffer);
-  Inputs in(scene, buffer);
+  Inputs in(scene, buffer, shadows);
   in.table = &*table_;
   in.background_bytes = background_;
   const Outputs out{.total = &*total_, .picture = &picture_, .drawn = &drawn_};

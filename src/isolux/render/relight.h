@@ -7,6 +7,7 @@
 #include "isolux/image/display_table.h"
 #include "isolux/image/picture.h"
 #include "isolux/render/lighting.h"
+#include "isolux/render/shadows.h"
 #include "isolux/render/surface_buffer.h"
 #include "isolux/scene/scene.h"
 
@@ -17,19 +18,18 @@ struct Inputs;
 struct Outputs;
 }  // namespace relighting
 
-/// Lights every pixel, in lanes of floats, on all threads: the terms of `light_sample`, its plain
-/// oracle, within 2e-6 (3 + sqrt(shininess)) of the sum of the intensities.
-Radiance light(const Scene& scene, const SurfaceBuffer& buffer);
-
-/// The total that `light` gives pixel (x, y), where the eye ray meets `sample` (a hit).
-Rgb light_pixel(const Scene& scene, const SurfaceSample& sample, int x, int y);
+/// Lights every pixel, in lanes of floats, on all threads: the terms of `light_point`, its plain
+/// oracle, within 2e-6 (3 + sqrt(shininess)) of the sum of the intensities. `shadows`: those of the
+/// buffer, if the scene asks for any.
+Radiance light(const Scene& scene, const SurfaceBuffer& buffer, const Shadows& shadows = {});
 
 /// A picture that is drawn again and again. Only what can have changed is written: a lamp that
 /// moves costs nothing where no surface is.
 class LitPicture {
  public:
   /// Lights `buffer` and draws it.
-  const Picture& relight(const Scene& scene, const SurfaceBuffer& buffer);
+  const Picture& relight(const Scene& scene, const SurfaceBuffer& buffer,
+                         const Shadows& shadows = {});
   /// Draws it again, with another display alone. `relight` must have gone before.
   const Picture& redisplay(const Scene& scene, const SurfaceBuffer& buffer);
 
@@ -39,7 +39,8 @@ class LitPicture {
   using Stage = void (*)(const relighting::Inputs&, std::size_t begin, std::size_t end,
                          const relighting::Outputs&);
 
-  const Picture& draw(const Scene& scene, const SurfaceBuffer& buffer, Stage stage);
+  const Picture& draw(const Scene& scene, const SurfaceBuffer& buffer, const Shadows& shadows,
+                      Stage stage);
   void prepare(const Scene& scene, const SurfaceBuffer& buffer);
 
   std::optional<DisplayTable> table_;

@@ -7,6 +7,7 @@
 #include "isolux/image/display_table.h"
 #include "isolux/image/picture.h"
 #include "isolux/render/lighting.h"
+#include "isolux/render/shadows.h"
 #include "isolux/render/surface_buffer.h"
 #include "isolux/scene/scene.h"
 
@@ -17,8 +18,8 @@ namespace isolux::relighting {
 
 struct Inputs {
   struct Surface {
-    float ambient[3];  ///< ka * Ia
-    float kd[3];
+    float ambient[3];  ///< opacity * ka * Ia
+    float kd[3];       ///< times the opacity, as ks
     float ks[3];
     float shininess;
   };
@@ -29,13 +30,16 @@ struct Inputs {
     float reference_square;  ///< of the falloff's reference distance; 0: no falloff
   };
 
-  Inputs(const Scene& scene, const SurfaceBuffer& buffer);
+  Inputs(const Scene& scene, const SurfaceBuffer& buffer, const Shadows& shadows);
 
   const Scene* scene;
   const SurfaceBuffer* buffer;
+  const Shadows* shadows;
   std::vector<Surface> surfaces;
   std::vector<Lamp> lamps;
-  int first_x = 0, first_y = 0;  ///< the pixel of the camera that is the buffer's (0, 0)
+  bool has_painted = false;
+  Vec3 eye;
+  float background[3];
   bool is_orthographic;
   float origin[3][3];  ///< of the eye rays: first, along x, along y (see RayFan)
   float direction[3][3];
@@ -49,6 +53,7 @@ struct Outputs {
   RgbLayer* ambient = nullptr;
   RgbLayer* diffuse = nullptr;
   RgbLayer* specular = nullptr;
+  RgbLayer* mirror = nullptr;
   Picture* picture = nullptr;
   /// Which pixels of the picture may show something else than the background as it is now, as
   /// SurfaceBuffer::hits; blocks without any of these and without hits are left alone.
@@ -62,6 +67,18 @@ void show(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& o
 
 /// Lights, pixel by pixel in doubles, those that show a painted mesh.
 void light_painted(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out);
+
+/// Adds the terms of a further point, in its own weight, and the background where it is that, to
+/// its pixel.
+void add_further(const Inputs& in, std::size_t tile, const FurtherPoint& point,
+                 const float (&ambient)[3], const float (&diffuse)[3], const float (&specular)[3],
+                 const Outputs& out);
+/// The same point lit in doubles first.
+void add_further_plainly(const Inputs& in, std::size_t tile, std::size_t point, const Outputs& out);
+
+/// The further points of tiles [begin, end), added to what `light` made of the nearest.
+void light_further_plainly(const Inputs& in, std::size_t begin, std::size_t end,
+                           const Outputs& out);
 
 /// The same pixel by pixel in doubles: the oracle, and what machines without SSE4 use.
 void light_plainly(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out);

@@ -25,6 +25,10 @@ void show_tiles(const Inputs& in, std::size_t begin, std::size_t end, const Outp
   show_plainly(in, begin, end, out);
 }
 
+void light_further_tiles(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
+  light_further_plainly(in, begin, end, out);
+}
+
 #else
 
 using isolux::HWY_NAMESPACE::lane_pow_of_1_minus;
@@ -100,8 +104,9 @@ HWY_INLINE Points points_at(const Inputs& in, std::size_t place, int x0, int y0,
           {hn::Neg(forward.x), hn::Neg(forward.y), hn::Neg(forward.z)}};
 }
 
-HWY_INLINE void add_lamp(const Inputs::Surface& surface, const Inputs::Lamp& lamp, const Points& at,
-                         Terms& terms) {
+// `share`: of the light that shadows leave; null: all.
+HWY_INLINE void add_lamp(const Inputs::Surface& surface, const Inputs::Lamp& lamp,
+                         const float* share, const Points& at, Terms& terms) {
   const VF zero = hn::Zero(kF), one = all(1.0f);
   Vector to_light{all(lamp.place[0]), all(lamp.place[1]), all(lamp.place[2])};
   VF falloff = one;
@@ -114,6 +119,7 @@ HWY_INLINE void add_lamp(const Inputs::Surface& surface, const Inputs::Lamp& lam
     to_light = scaled(to_light, hn::Div(one, hn::Sqrt(square)));
     if (lamp.reference_square > 0) falloff = hn::Div(all(lamp.reference_square), square);
   }
+  if (share) falloff = hn::Mul(falloff, hn::LoadU(kF, share));
   const VF cos_theta = dot(at.normal, to_light);
   lit = hn::And(lit, hn::Gt(cos_theta, zero));
   // r - e, with r = 2 (n . l) n - l. Half its square is 1 - r . e, and keeps all digits where a
@@ -164,6 +170,15 @@ void show_block(const Inputs& in, const Outputs& out, std::size_t place, int x0,
   write_block(pixels, *out.picture, x0, y0);
 }
 
+HWY_INLINE Terms without_lamps(const Inputs::Surface& surface) {
+  Terms terms;
+  for (int c = 0; c < 3; ++c) {
+    terms.ambient[c] = all(surface.ambient[c]);
+    terms.diffuse[c] = terms.specular[c] = hn::Zero(kF);
+  }
+  return terms;
+}
+
 void light_block(const Inputs& in, const Outputs& out, std::size_t place, int x0, int y0,
                  std::uint32_t hits) {
   for (std::size_t first = 0; first < SurfaceBuffer::kBlockPixels; first += hn::Lanes(kF)) {
@@ -183,12 +198,12 @@ void light_block(const Inputs& in, const Outputs& out, std::size_t place, int x0
       pending &= ~static_cast<std::uint32_t>(bits[0] | bits[1] << 8);
 
       const Inputs::Surface& surface = in.surfaces[static_cast<std::size_t>(number)];
-      Terms terms;
-      for (int c = 0; c < 3; ++c) {
-        terms.ambient[c] = all(surface.ambient[c]);
-        terms.diffuse[c] = terms.specular[c] = hn::Zero(kF);
+      Terms terms = without_lamps(surface);
+      for (std::size_t l = 0; l < in.lamps.size(); ++l) {
+        const bool is_dimmed = !in.shadows->empty();
+        const float* share = is_dimmed ? in.shadows->pixels[l].data() + at : nullptr;
+        add_lamp(surface, in.lamps[l], share, points, terms);
       }
-      for (const Inputs::Lamp& lamp : in.lamps) add_lamp(surface, lamp, points, terms);
       for (int c = 0; c < 3; ++c) {
         const VF total = hn::Add(hn::Add(terms.ambient[c], terms.diffuse[c]), terms.specular[c]);
         hn::BlendedStore(total, lanes, kF, out.total->channel(c) + at);
@@ -198,6 +213,59 @@ void light_block(const Inputs& in, const Outputs& out, std::size_t place, int x0
         hn::BlendedStore(terms.specular[c], lanes, kF, out.specular->channel(c) + at);
       }
     }
+  }
+}
+
+// A vector's worth of further points, beginning with number `first` of a tile.
+void light_further(const Inputs& in, const Outputs& out, std::size_t tile, std::size_t first) {
+  const FurtherPoints& further = in.buffer->further[tile];
+  const std::size_t count = std::min(hn::Lanes(kF), further.size() - first);
+  alignas(64) float vectors[9][SurfaceBuffer::kBlockPixels] = {};
+  for (std::size_t n = 0; n < count; ++n) {
+    const FurtherPoint& point = further[first + n];
+    for (int a = 0; a < 3; ++a) {
+      vectors[a][n] = static_cast<float>(point.position[a] - in.eye[a]);
+      vectors[3 + a][n] = point.normal[a];
+      vectors[6 + a][n] = point.to_eye[a];
+    }
+  }
+  const auto vector = [&](int at) HWY_ATTR {
+    return Vector{hn::Load(kF, vectors[at]), hn::Load(kF, vectors[at + 1]),
+                  hn::Load(kF, vectors[at + 2])};
+  };
+  const Points points{vector(0), vector(3), vector(6)};
+  alignas(64) float lit[9][SurfaceBuffer::kBlockPixels] = {};
+  std::int32_t of_surface = FurtherPoint::kBackground;
+  for (std::size_t n = 0; n < count; ++n) {
+    const FurtherPoint& point = further[first + n];
+    const bool is_background = point.surface == FurtherPoint::kBackground;
+    if (!is_background && in.scene->surfaces[static_cast<std::size_t>(point.surface)].is_painted) {
+      add_further_plainly(in, tile, first + n, out);
+      continue;
+    }
+    // Neighbours are mostly of one surface: all lanes are lit as of this one, until another comes.
+    if (!is_background && point.surface != of_surface) {
+      of_surface = point.surface;
+      const Inputs::Surface& surface = in.surfaces[static_cast<std::size_t>(of_surface)];
+      Terms terms = without_lamps(surface);
+      for (std::size_t l = 0; l < in.lamps.size(); ++l) {
+        alignas(64) float shares[SurfaceBuffer::kBlockPixels] = {};
+        const bool is_dimmed = !in.shadows->empty();
+        for (std::size_t m = 0; is_dimmed && m < count; ++m) {
+          shares[m] = in.shadows->further[tile][l * further.size() + first + m];
+        }
+        add_lamp(surface, in.lamps[l], is_dimmed ? shares : nullptr, points, terms);
+      }
+      for (int c = 0; c < 3; ++c) {
+        hn::Store(terms.ambient[c], kF, lit[c]);
+        hn::Store(terms.diffuse[c], kF, lit[3 + c]);
+        hn::Store(terms.specular[c], kF, lit[6 + c]);
+      }
+    }
+    const float ambient[3] = {lit[0][n], lit[1][n], lit[2][n]};
+    const float diffuse[3] = {lit[3][n], lit[4][n], lit[5][n]};
+    const float specular[3] = {lit[6][n], lit[7][n], lit[8][n]};
+    add_further(in, tile, point, ambient, diffuse, specular, out);
   }
 }
 
@@ -218,7 +286,7 @@ HWY_INLINE void each_block(const Inputs& in, std::size_t begin, std::size_t end,
       const int y0 = static_cast<int>(8 * (tile / tiles_x) + 4 * (block >> 1));
       const std::size_t place = 64 * tile + 16 * block;
       if (kLight && block_hits != 0) {
-        light_block(in, out, place, in.first_x + x0, in.first_y + y0, block_hits);
+        light_block(in, out, place, buffer.first_x + x0, buffer.first_y + y0, block_hits);
       }
       if (out.picture) show_block(in, out, place, x0, y0, block_hits);
     }
@@ -233,6 +301,14 @@ void show_tiles(const Inputs& in, std::size_t begin, std::size_t end, const Outp
   each_block<false>(in, begin, end, out);
 }
 
+void light_further_tiles(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
+  for (std::size_t tile = begin; tile < end; ++tile) {
+    for (std::size_t n = 0; n < in.buffer->further[tile].size(); n += hn::Lanes(kF)) {
+      light_further(in, out, tile, n);
+    }
+  }
+}
+
 #endif
 
 }  // namespace
@@ -243,10 +319,12 @@ HWY_AFTER_NAMESPACE();
 namespace isolux::relighting {
 
 HWY_EXPORT(light_tiles);
+HWY_EXPORT(light_further_tiles);
 HWY_EXPORT(show_tiles);
 
 void light(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& out) {
-  if (in.buffer->points.empty()) {
+  const bool has_further = !in.buffer->further.empty();
+  if (!in.has_painted && !has_further) {
     HWY_DYNAMIC_DISPATCH(light_tiles)(in, begin, end, out);
     return;
   }
@@ -254,7 +332,8 @@ void light(const Inputs& in, std::size_t begin, std::size_t end, const Outputs& 
   undrawn.picture = nullptr;
   undrawn.drawn = nullptr;
   HWY_DYNAMIC_DISPATCH(light_tiles)(in, begin, end, undrawn);
-  light_painted(in, begin, end, undrawn);
+  if (in.has_painted) light_painted(in, begin, end, undrawn);
+  if (has_further) HWY_DYNAMIC_DISPATCH(light_further_tiles)(in, begin, end, undrawn);
   if (out.picture) show(in, begin, end, out);
 }
 

@@ -32,7 +32,7 @@ Scene scene_of(const json& settings) {
   return resolve(description, {{std::make_shared<Volume>(sphere_phantom())}});
 }
 
-void expect_as_light_sample(const Scene& scene) {
+void expect_as_light_point(const Scene& scene) {
   const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera);
   const Radiance radiance = light(scene, buffer);
   Rgb intensities;
@@ -40,7 +40,7 @@ void expect_as_light_sample(const Scene& scene) {
     const double nearer = one.inverse_square_reference_mm ? 4 : 1;  // 25 mm of 50 at the nearest
     intensities = intensities + nearer * one.intensity;
   }
-  PixelTerms terms;
+  PointTerms terms;
   int hits = 0;
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
@@ -51,7 +51,8 @@ void expect_as_light_sample(const Scene& scene) {
         continue;
       }
       ++hits;
-      light_sample(scene, scene.camera->ray(x, y), sample, terms);
+      light_point(scene, sample.surface, sample.point, point_of(scene.camera->ray(x, y), sample),
+                  {}, terms);
       const Material& material = scene.surfaces[static_cast<std::size_t>(sample.surface)].material;
       for (int c = 0; c < 3; ++c) {
         const double most = 2e-6 * (3 + std::sqrt(material.shininess)) * intensities[c];
@@ -65,11 +66,10 @@ void expect_as_light_sample(const Scene& scene) {
   EXPECT_GT(hits, 200);
 }
 
-TEST(Relight, lanes_give_the_terms_of_light_sample) {
-  expect_as_light_sample(scene_of(json::object()));
-  expect_as_light_sample(
-      scene_of({{"camera", {{"view", "left"}, {"projection", "orthographic"}}}}));
-  expect_as_light_sample(
+TEST(Relight, lanes_give_the_terms_of_light_point) {
+  expect_as_light_point(scene_of(json::object()));
+  expect_as_light_point(scene_of({{"camera", {{"view", "left"}, {"projection", "orthographic"}}}}));
+  expect_as_light_point(
       scene_of({{"camera", {{"eye", {0, 0, 0}}, {"target", {1, 2, 3}}, {"fov", 100}}}}));
 }
 
@@ -103,15 +103,16 @@ TEST(Relight, another_display_draws_the_bytes_that_lighting_anew_would) {
   EXPECT_EQ(shown, LitPicture().relight(darker, buffer).rgb);
 }
 
-TEST(Relight, a_pixel_alone_has_the_bits_that_it_has_in_the_picture) {
+TEST(Relight, a_tile_alone_has_the_bits_that_it_has_in_the_picture) {
   const Scene scene = scene_of(json::object());
-  const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera);
+  const RayCaster caster(scene);
+  const SurfaceBuffer buffer = caster.cast(*scene.camera);
   const Radiance radiance = light(scene, buffer);
   for (int y = 0; y < kHeight; y += 3) {
     for (int x = 0; x < kWidth; x += 2) {
-      const std::size_t place = buffer.at(x, y);
-      if (!buffer.is_hit(place)) continue;
-      EXPECT_EQ(light_pixel(scene, buffer.sample(place), x, y), radiance.total.at(place));
+      const SurfaceBuffer tile = caster.cast_around(*scene.camera, x, y).buffer;
+      const std::size_t place = tile.at(x - tile.first_x, y - tile.first_y);
+      EXPECT_EQ(light(scene, tile).total.at(place), radiance.total.at(buffer.at(x, y)));
     }
   }
 }

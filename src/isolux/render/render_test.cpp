@@ -75,10 +75,10 @@ TEST(Render, an_explanation_has_the_numbers_of_the_picture) {
     for (int x = 0; x < 32; ++x) {
       const Explanation e = explain(scene, x, y);
       const std::size_t pixel = buffer.at(x, y);
-      EXPECT_EQ(e.sample.is_hit(), buffer.sample(pixel).is_hit());
+      EXPECT_EQ(e.is_hit(), buffer.sample(pixel).is_hit());
       EXPECT_EQ(e.radiance, radiance.total.at(pixel));
       for (int c = 0; c < 3; ++c) {
-        EXPECT_NEAR(e.terms.total[c], e.radiance[c], e.sample.is_hit() ? 1e-5 : 1);
+        EXPECT_NEAR(e.total[c], e.radiance[c], 1e-5);
       }
       EXPECT_EQ(e.shown[1], picture.rgb[static_cast<std::size_t>(3 * (32 * y + x) + 1)]);
     }

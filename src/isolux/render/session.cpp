@@ -14,8 +14,24 @@ bool same_surfaces(const Scene& a, const Scene& b) {
          a.visibility == b.visibility;
 }
 
+// What further points depend on beside the surfaces.
+bool same_optics(const Scene& a, const Scene& b) {
+  return a.mirror_depth == b.mirror_depth &&
+         std::ranges::equal(a.surfaces, b.surfaces, [](const auto& one, const auto& other) {
+           return one.material.kr == other.material.kr &&
+                  one.material.opacity == other.material.opacity;
+         });
+}
+
+bool same_places(const Scene& a, const Scene& b) {
+  return std::ranges::equal(a.lights, b.lights, [](const Light& one, const Light& other) {
+    return one.kind == other.kind && one.place == other.place;
+  });
+}
+
 bool same_light(const Scene& a, const Scene& b) {
-  return a.lights == b.lights && a.ambient == b.ambient && a.background == b.background &&
+  return a.lights == b.lights && a.shadows == b.shadows && a.ambient == b.ambient &&
+         a.background == b.background &&
          std::ranges::equal(a.surfaces, b.surfaces, [](const auto& one, const auto& other) {
            return one.material == other.material && one.change == other.change;
          });
@@ -29,6 +45,11 @@ void Session::trace(const Scene& scene, const ProgressListener& listener) {
     prepared_ = scene;
     traced_.reset();
     ++counters_.skip_structure;
+  } else if (!same_optics(*prepared_, scene) || prepared_->shadows != scene.shadows) {
+    if (!same_optics(*prepared_, scene)) traced_.reset();
+    caster_ = RayCaster(scene, &*caster_);
+    prepared_ = scene;
+    shadowed_.reset();
   }
   if (traced_ && traced_->camera == scene.camera) return;
   const auto [width, height] = std::pair{scene.camera->width(), scene.camera->height()};
@@ -38,9 +59,19 @@ void Session::trace(const Scene& scene, const ProgressListener& listener) {
   traced_.reset();  // the listener may throw, and leave the buffer half written
   caster_->cast(*scene.camera, *buffer_, listener);
   traced_ = scene;
+  shadowed_.reset();
   lit_.reset();
   drawn_.reset();
   ++counters_.visibility;
+}
+
+const Shadows& Session::shadows(const Scene& scene) {
+  trace(scene, {});
+  if (shadowed_ && same_places(*shadowed_, scene)) return shadows_;
+  cast_shadows(scene, caster_->surfaces(), *buffer_, shadows_);
+  shadowed_ = scene;
+  counters_.shadows += scene.shadows ? 1 : 0;
+  return shadows_;
 }
 
 const SurfaceBuffer& Session::surfaces(const Scene& scene, const ProgressListener& listener) {
@@ -51,7 +82,7 @@ const SurfaceBuffer& Session::surfaces(const Scene& scene, const ProgressListene
 const Radiance& Session::radiance(const Scene& scene) {
   trace(scene, {});
   if (lit_ && same_light(*lit_, scene)) return *radiance_;
-  radiance_ = light(scene, *buffer_);
+  radiance_ = light(scene, *buffer_, shadows(scene));
   lit_ = scene;
   ++counters_.lighting;
   return *radiance_;
@@ -61,7 +92,11 @@ const Picture& Session::picture(const Scene& scene) {
   trace(scene, {});
   const bool is_lit = drawn_ && same_light(*drawn_, scene);
   if (is_lit && drawn_->display == scene.display) return picture_.picture();
-  is_lit ? picture_.redisplay(scene, *buffer_) : picture_.relight(scene, *buffer_);
+  if (is_lit) {
+    picture_.redisplay(scene, *buffer_);
+  } else {
+    picture_.relight(scene, *buffer_, shadows(scene));
+  }
   counters_.lighting += is_lit ? 0 : 1;
   ++counters_.display;
   drawn_ = scene;

@@ -7,6 +7,7 @@
 #include "isolux/image/picture.h"
 #include "isolux/render/ray_caster.h"
 #include "isolux/render/relight.h"
+#include "isolux/render/shadows.h"
 #include "isolux/render/surface_buffer.h"
 #include "isolux/scene/scene.h"
 
@@ -18,7 +19,8 @@ namespace isolux {
 /// |----------------------------------------|------------------------------------------------|
 /// | exposure, curve                        | display                                        |
 /// | materials, lights, ambient, background | lighting, display                              |
-/// | camera, size                           | visibility, lighting, display                  |
+/// | where lights are, if there are shadows | shadows, lighting, display                     |
+/// | camera, size, opacity, kr              | visibility, shadows, lighting, display         |
 /// | iso values, surfaces                   | skip structure, visibility, lighting, display  |
 /// | volumes                                | min-max bricks and all of the above            |
 ///
@@ -30,6 +32,7 @@ class Session {
   struct Counters {
     int skip_structure = 0;
     int visibility = 0;
+    int shadows = 0;
     int lighting = 0;
     int display = 0;
 
@@ -37,6 +40,8 @@ class Session {
   };
 
   const SurfaceBuffer& surfaces(const Scene& scene, const ProgressListener& listener = {});
+  /// Empty where the scene asks for none.
+  const Shadows& shadows(const Scene& scene);
   /// The terms kept apart, which `picture` does without.
   const Radiance& radiance(const Scene& scene);
   const Picture& picture(const Scene& scene);
@@ -48,9 +53,10 @@ class Session {
 
   Counters counters_;
   // Each stage with the scene that it last ran for.
-  std::optional<Scene> prepared_, traced_, lit_, drawn_;
+  std::optional<Scene> prepared_, traced_, shadowed_, lit_, drawn_;
   std::optional<RayCaster> caster_;
   std::optional<SurfaceBuffer> buffer_;
+  Shadows shadows_;
   std::optional<Radiance> radiance_;
   LitPicture picture_;
 };

@@ -37,7 +37,8 @@ class SessionTest : public testing::Test {
     EXPECT_EQ(picture.rgb, alone.picture(now).rgb);
     const Session::Counters after = session_.counters();
     return {after.skip_structure - before.skip_structure, after.visibility - before.visibility,
-            after.lighting - before.lighting, after.display - before.display};
+            after.shadows - before.shadows, after.lighting - before.lighting,
+            after.display - before.display};
   }
 
   json document_ = empty_document();
@@ -45,11 +46,11 @@ class SessionTest : public testing::Test {
   Session session_;
 };
 
-constexpr Session::Counters kNothing{0, 0, 0, 0};
-constexpr Session::Counters kDisplay{0, 0, 0, 1};
-constexpr Session::Counters kLighting{0, 0, 1, 1};
-constexpr Session::Counters kVisibility{0, 1, 1, 1};
-constexpr Session::Counters kAll{1, 1, 1, 1};
+constexpr Session::Counters kNothing{0, 0, 0, 0, 0};
+constexpr Session::Counters kDisplay{0, 0, 0, 0, 1};
+constexpr Session::Counters kLighting{0, 0, 0, 1, 1};
+constexpr Session::Counters kVisibility{0, 1, 0, 1, 1};
+constexpr Session::Counters kAll{1, 1, 0, 1, 1};
 
 TEST_F(SessionTest, the_first_picture_runs_every_stage_once_and_the_same_scene_none) {
   EXPECT_EQ(rerun(), kAll);

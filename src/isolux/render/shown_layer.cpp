@@ -69,17 +69,16 @@ Picture term(const Scene& scene, const RgbLayer& layer, const SurfaceBuffer& buf
 ShownPicture cosine(const Scene& scene, const SurfaceBuffer& buffer, const Light& light,
                     double LightTerms::*which) {
   const Legend legend{-1, 1, "", diverging()};
-  return {
-      painted(scene, buffer,
-              [&](int x, int y) {
-                const SurfaceSample sample = buffer.sample(buffer.at(x, y));
-                const Ray ray = scene.camera->ray(x, y);
-                const auto& item = scene.surfaces[static_cast<std::size_t>(sample.surface)];
-                const SurfacePoint point{ray.at(sample.depth_mm), sample.normal(), -ray.direction};
-                return color_at(legend,
-                                light_terms(material_at(item, sample.point), light, point).*which);
-              }),
-      legend};
+  return {painted(scene, buffer,
+                  [&](int x, int y) {
+                    const SurfaceSample sample = buffer.sample(buffer.at(x, y));
+                    const Ray ray = scene.camera->ray(x, y);
+                    const auto& item = scene.surfaces[static_cast<std::size_t>(sample.surface)];
+                    return color_at(legend, light_terms(material_at(item, sample.point), light,
+                                                        point_of(ray, sample)).*
+                                                which);
+                  }),
+          legend};
 }
 
 Picture normals(const Scene& scene, const SurfaceBuffer& buffer) {
@@ -114,9 +113,9 @@ ShownPicture depth(const Scene& scene, const SurfaceBuffer& buffer) {
 std::span<const std::pair<std::string_view, ShownLayer>> shown_layers() {
   using enum ShownLayer;
   static constexpr std::pair<std::string_view, ShownLayer> kLayers[] = {
-      {"picture", kPicture},   {"ambient", kAmbient},    {"diffuse", kDiffuse},
-      {"specular", kSpecular}, {"cos-theta", kCosTheta}, {"cos-phi", kCosPhi},
-      {"normal", kNormal},     {"depth", kDepth}};
+      {"picture", kPicture},   {"ambient", kAmbient}, {"diffuse", kDiffuse},
+      {"specular", kSpecular}, {"mirror", kMirror},   {"cos-theta", kCosTheta},
+      {"cos-phi", kCosPhi},    {"normal", kNormal},   {"depth", kDepth}};
   return kLayers;
 }
 
@@ -138,6 +137,8 @@ ShownPicture show_layer(ShownLayer layer, const Scene& scene, std::size_t light,
       return {term(scene, session.radiance(scene).diffuse, session.surfaces(scene)), {}};
     case ShownLayer::kSpecular:
       return {term(scene, session.radiance(scene).specular, session.surfaces(scene)), {}};
+    case ShownLayer::kMirror:
+      return {term(scene, session.radiance(scene).mirror, session.surfaces(scene)), {}};
     case ShownLayer::kCosTheta:
       return cosine(scene, session.surfaces(scene), lamp, &LightTerms::cos_theta);
     case ShownLayer::kCosPhi:

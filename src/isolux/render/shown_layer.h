@@ -21,6 +21,7 @@ enum class ShownLayer {
   kAmbient,
   kDiffuse,
   kSpecular,
+  kMirror,
   kCosTheta,
   kCosPhi,
   kNormal,

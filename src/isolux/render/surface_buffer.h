@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "isolux/base/vec3.h"
@@ -19,11 +20,30 @@ struct SurfaceSample {
   float normal_y = 0;
   float normal_z = 0;
   std::int32_t surface = kNothing;  ///< place in Scene::surfaces
-  MeshPoint point = {};             ///< where on it; kept for painted meshes alone
+  MeshPoint point = {};             ///< where on it, if it is a mesh
 
   bool is_hit() const { return surface != kNothing; }
   Vec3 normal() const { return {normal_x, normal_y, normal_z}; }
 };
+
+/// Something beyond what the eye ray of a pixel meets first that adds to its colour: a deeper layer
+/// behind translucent surfaces, what a mirror shows, or the background through either.
+struct FurtherPoint {
+  static constexpr std::int32_t kBackground = -1;
+
+  std::uint8_t pixel = 0;    ///< its place in the tile
+  bool is_mirrored = false;  ///< whether a mirror lies between
+  std::int32_t surface = kBackground;
+  float weight[3] = {};  ///< its share of the pixel's radiance, per channel
+  float normal[3] = {};  ///< unit, on the side that the ray came from
+  float to_eye[3] = {};  ///< unit, back along the ray that met it
+  double came_mm = 0;    ///< length of that ray
+  Vec3 position = {};    ///< mm
+  MeshPoint point = {};
+};
+
+/// One tile's, in the order in which they are found: fixed by the scene, not by threads.
+using FurtherPoints = std::vector<FurtherPoint>;
 
 /// For each pixel, what the eye ray meets first, and nothing of light: distance, shading normal and
 /// surface number. The position is the camera's ray at that distance, to the precision of doubles.
@@ -66,6 +86,15 @@ class SurfaceBuffer {
     const int block = (y & 4) / 2 + (x & 4) / 4;
     return tile * kTilePixels + static_cast<std::size_t>(block * 16 + (y & 3) * 4 + (x & 3));
   }
+  /// The camera's pixel at a place in the arrays.
+  std::pair<int, int> pixel(std::size_t place) const {
+    const auto tiles_x = static_cast<std::size_t>(tiles_x_);
+    const std::size_t tile = place / kTilePixels;
+    const int block = static_cast<int>(place % kTilePixels / kBlockPixels);
+    const int n = static_cast<int>(place % kBlockPixels);
+    return {first_x + static_cast<int>(8 * (tile % tiles_x)) + 4 * (block & 1) + (n & 3),
+            first_y + static_cast<int>(8 * (tile / tiles_x)) + 2 * (block & 2) + (n >> 2)};
+  }
   bool is_hit(std::size_t place) const { return hits[place / kTilePixels] >> place % 64 & 1; }
 
   SurfaceSample sample(std::size_t place) const {
@@ -92,7 +121,9 @@ class SurfaceBuffer {
   std::vector<double> depth_mm;
   std::vector<float> normal_x, normal_y, normal_z;
   std::vector<std::int32_t> surface;
-  std::vector<MeshPoint> points;  ///< empty where the scene has no painted mesh
+  std::vector<MeshPoint> points;       ///< empty where the scene has no mesh
+  std::vector<FurtherPoints> further;  ///< for each tile; empty where no pixel can have any
+  int first_x = 0, first_y = 0;        ///< the pixel of the camera that is (0, 0)
 };
 
 }  // namespace isolux

@@ -44,7 +44,9 @@ SurfaceDescription describe_surface(const json& record) {
           .change = {.ka = optional_color(record, "ka"),
                      .kd = optional_color(record, "kd"),
                      .ks = optional_color(record, "ks"),
-                     .shininess = optional_number(record, "shininess")}};
+                     .kr = optional_color(record, "kr"),
+                     .shininess = optional_number(record, "shininess"),
+                     .opacity = optional_number(record, "opacity")}};
 }
 
 void refuse(const json& record, const char* key, const std::string& what, const char* why,
@@ -143,7 +145,9 @@ Material MaterialChange::applied(Material to) const {
   to.ka = ka.value_or(to.ka);
   to.kd = kd.value_or(to.kd);
   to.ks = ks.value_or(to.ks);
+  to.kr = kr.value_or(to.kr);
   to.shininess = shininess.value_or(to.shininess);
+  to.opacity = opacity.value_or(to.opacity);
   return to;
 }
 
@@ -170,6 +174,8 @@ SceneDescription describe(const json& document, const std::string& what) {
   scene.camera = describe_camera(complete.contains("camera") ? complete["camera"] : json::object(),
                                  "--camera");
   if (complete["visibility"] == "raster") scene.visibility = Visibility::kRaster;
+  scene.shadows = complete["shadows"] == "on";
+  scene.mirror_depth = complete["mirror-depth"].get<int>();
   scene.display.curve = complete["display"] == "raw" ? Display::Curve::kRaw : Display::Curve::kSrgb;
   scene.display.exposure = complete["exposure"].get<double>();
   scene.background = color_of(complete["background"]);

@@ -15,8 +15,8 @@ namespace isolux {
 
 /// Coefficients that take the place of others.
 struct MaterialChange {
-  std::optional<Rgb> ka = {}, kd = {}, ks = {};
-  std::optional<double> shininess = {};
+  std::optional<Rgb> ka = {}, kd = {}, ks = {}, kr = {};
+  std::optional<double> shininess = {}, opacity = {};
 
   Material applied(Material to) const;
   bool operator==(const MaterialChange&) const = default;
@@ -71,6 +71,8 @@ struct SceneDescription {
   std::optional<Rgb> ambient;
   CameraDescription camera;
   Visibility visibility = Visibility::kRaycast;
+  bool shadows = false;
+  int mirror_depth = 4;  ///< reflections of reflections that are followed
   Display display;
   Rgb background;
 };

@@ -157,6 +157,8 @@ BoundingSphere bounding_sphere(const Inputs& inputs) {
 Scene resolve(const SceneDescription& description, const Inputs& inputs) {
   Scene scene;
   scene.visibility = description.visibility;
+  scene.shadows = description.shadows;
+  scene.mirror_depth = description.mirror_depth;
   scene.camera.emplace(description.camera, description.width, description.height,
                        bounding_sphere(inputs));
   scene.surfaces = resolve_surfaces(description, inputs);

@@ -45,6 +45,8 @@ struct Scene {
   bool has_default_ambient = false;  ///< Ia is the sum of the lights' intensities
   std::optional<Camera> camera;      ///< always there once resolved
   Visibility visibility = Visibility::kRaycast;
+  bool shadows = false;
+  int mirror_depth = 4;  ///< reflections of reflections that are followed
   Display display;
   Rgb background;
 };

@@ -25,10 +25,7 @@ struct Superseded {};
 json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
 json numbers(Rgb c) { return {c.r, c.g, c.b}; }
 
-// The coefficients at a point that was met, which a painted mesh has its own of everywhere.
-json material_json(const Scene& scene, const SurfaceSample& sample) {
-  const auto& item = scene.surfaces[static_cast<std::size_t>(sample.surface)];
-  const Material material = material_at(item, sample.point);
+json material_json(const Material& material) {
   return {{"ka", numbers(material.ka)},
           {"kd", numbers(material.kd)},
           {"ks", numbers(material.ks)},
@@ -185,11 +182,11 @@ json Client::answer(const ExplainRequest& request) const {
   }
   const Scene scene = resolve(description, inputs_.inputs_of(request.scene));
   const Explanation why = explain(scene, request.x, request.y);
-  json reply = explain_json(scene, why);
+  json reply = explain_json(why);
   reply["type"] = "explanation";
   reply["id"] = request.id;
   reply["ambient_light"] = numbers(scene.ambient);
-  if (why.sample.is_hit()) reply["material"] = material_json(scene, why.sample);
+  if (why.is_hit()) reply["material"] = material_json(why.layers[0].material);
   return reply;
 }
 

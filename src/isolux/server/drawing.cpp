@@ -66,6 +66,7 @@ json legend_json(const std::optional<Legend>& legend) {
 json counters_json(const Session::Counters& counters) {
   return {{"skip_structure", counters.skip_structure},
           {"visibility", counters.visibility},
+          {"shadows", counters.shadows},
           {"lighting", counters.lighting},
           {"display", counters.display}};
 }

@@ -71,8 +71,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     // Set once it is known what comes. (boost::none would be taken for 0 by Beast of Boost 1.74.)
     header_->body_limit(std::numeric_limits<std::uint64_t>::max());
     stream_.expires_after(kPatience);
-    const auto silent =
-        place_.silent.insert(place_.silent.end(), [this] { stream_.close(); });
+    const auto silent = place_.silent.insert(place_.silent.end(), [this] { stream_.close(); });
     http::async_read_header(
         stream_, buffer_, *header_,
         [self = shared_from_this(), silent](const beast::error_code& error, std::size_t) {

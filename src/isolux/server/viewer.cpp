@@ -117,8 +117,8 @@ std::string Viewer::saved_picture(const json& request, const ProgressListener& l
   const SurfaceBuffer& buffer = session.surfaces(scene, listener);
   listener("lighting and writing", 1);
   return encode_picture(
-      scene, buffer, provenance(version_, with_defaults(document), inputs_.checksums_of(document)),
-      is_exr);
+      scene, buffer, session.shadows(scene),
+      provenance(version_, with_defaults(document), inputs_.checksums_of(document)), is_exr);
 }
 
 std::string Viewer::open_dropped(const DroppedFile& file, const ProgressListener& listener) {

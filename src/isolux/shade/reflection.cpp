@@ -6,8 +6,10 @@
 
 namespace isolux {
 
-LightTerms light_terms(const Material& material, const Light& light, const SurfacePoint& point) {
+LightTerms light_terms(const Material& material, const Light& light, const SurfacePoint& point,
+                       double visibility) {
   LightTerms t;
+  t.visibility = visibility;
   const bool is_point = light.kind == Light::Kind::kPoint;
   t.offset = is_point ? light.place - point.position : light.place;
   t.distance = length(t.offset);
@@ -22,8 +24,9 @@ LightTerms light_terms(const Material& material, const Light& light, const Surfa
   }
   if (t.cos_theta <= 0) return t;
   t.phong = exact::pow(std::max(0.0, t.cos_phi), material.shininess);
-  t.diffuse = t.cos_theta * t.falloff * (material.kd * light.intensity);
-  t.specular = t.phong * t.falloff * (material.ks * light.intensity);
+  const double arriving = t.falloff * visibility;
+  t.diffuse = t.cos_theta * arriving * (material.kd * light.intensity);
+  t.specular = t.phong * arriving * (material.ks * light.intensity);
   return t;
 }
 

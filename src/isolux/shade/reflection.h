@@ -26,12 +26,14 @@ struct LightTerms {
   double cos_theta = 0;  ///< n . l, not clamped
   double cos_phi = 0;    ///< r . e, not clamped
   double falloff = 1;
-  double phong = 0;  ///< max(0, r . e)^shininess where n . l > 0, else 0
-  Rgb diffuse;       ///< kd * I * max(0, n . l) * falloff
-  Rgb specular;      ///< ks * I * phong * falloff
+  double phong = 0;       ///< max(0, r . e)^shininess where n . l > 0, else 0
+  double visibility = 1;  ///< V: the share of the light that shadows leave
+  Rgb diffuse;            ///< kd * I * max(0, n . l) * V * falloff
+  Rgb specular;           ///< ks * I * phong * V * falloff
 };
 
-LightTerms light_terms(const Material& material, const Light& light, const SurfacePoint& point);
+LightTerms light_terms(const Material& material, const Light& light, const SurfacePoint& point,
+                       double visibility = 1);
 
 /// ka * Ia.
 Rgb ambient_term(const Material& material, Rgb ambient_light);

@@ -1,0 +1,160 @@
+#include "isolux/render/scene_surfaces.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "isolux/mesh/extract_isosurface.h"
+#include "isolux/mesh/mesh_attributes.h"
+#include "isolux/mesh/mesh_box.h"
+
+namespace isolux {
+namespace {
+
+// Of the voxel's shortest edge, and of a mesh's extent.
+constexpr double kVoxelStep = 1e-3;
+constexpr double kMeshStep = 1e-8;
+
+double longest_diagonal(const Affine& world_from_index) {
+  double longest = 0;
+  for (int corner = 0; corner < 4; ++corner) {
+    const Vec3 diagonal{1, corner & 1 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0};
+    longest = std::max(longest, length(world_from_index.vector(diagonal)));
+  }
+  return longest;
+}
+
+RayLanes in_index_space(const Affine& index_from_world, const RayPacket& rays) {
+  RayLanes lanes;
+  for (int row = 0; row < 3; ++row) {
+    const double a = index_from_world.linear.at(row, 0), b = index_from_world.linear.at(row, 1),
+                 c = index_from_world.linear.at(row, 2), d = index_from_world.offset[row];
+    const auto& [ox, oy, oz] = rays.origin;
+    const auto& [dx, dy, dz] = rays.direction;
+    for (int n = 0; n < RayPacket::kCount; ++n) {
+      lanes.origin[row][n] = a * ox[n] + b * oy[n] + c * oz[n] + d;
+      lanes.direction[row][n] = a * dx[n] + b * dy[n] + c * dz[n];
+    }
+  }
+  std::ranges::copy(rays.begin, lanes.begin);
+  std::ranges::copy(rays.end, lanes.end);
+  return lanes;
+}
+
+}  // namespace
+
+PreparedSurface::PreparedSurface(std::shared_ptr<const IsoLanes> lanes) : lanes_(std::move(lanes)) {
+  const Volume& volume = lanes_->surface().volume();
+  const Vec3 spacing = spacing_mm(volume);
+  voxel_diagonal_mm_ = longest_diagonal(volume.world_from_index);
+  step_mm_ = kVoxelStep * std::min({spacing.x, spacing.y, spacing.z});
+}
+
+PreparedSurface::PreparedSurface(std::shared_ptr<const Mesh> mesh,
+                                 std::shared_ptr<const MeshSurface> tree)
+    : mesh_(std::move(mesh)), tree_(std::move(tree)) {
+  if (mesh_->positions.empty()) return;
+  const MeshBox box = box_of(*mesh_);
+  step_mm_ = kMeshStep * (length(box.high - box.low) + length(box.low) + length(box.high));
+}
+
+void PreparedSurface::first_hits(const RayPacket& rays, std::uint32_t lanes, std::int32_t number,
+                                 PacketHits& hits) const {
+  if (lanes_) {
+    HitLanes found;
+    lanes_->first_hits(in_index_space(lanes_->surface().index_from_world(), rays), lanes, found);
+    hits.add(found, number);
+    return;
+  }
+  for (std::uint32_t rest = tree_ ? lanes : 0; rest != 0; rest &= rest - 1) {
+    const int n = std::countr_zero(rest);
+    const double begin = rays.begin[n];
+    Ray ray = rays.ray(n);
+    ray.origin = ray.at(begin);
+    const auto hit = tree_->first_hit(ray, rays.end[n] - begin);
+    if (!hit) continue;
+    const MeshPoint point{hit->triangle, static_cast<float>(hit->u), static_cast<float>(hit->v)};
+    const Vec3 outward = shading_normal(*mesh_, point);
+    hits.add(n, number, begin + hit->t, point, outward, dot(outward, ray.direction) > 0);
+  }
+}
+
+std::uint32_t PreparedSurface::any_hits(const RayPacket& rays, std::uint32_t lanes) const {
+  if (lanes_) {
+    return lanes_->occluded(in_index_space(lanes_->surface().index_from_world(), rays), lanes);
+  }
+  std::uint32_t any = 0;
+  for (std::uint32_t rest = tree_ ? lanes : 0; rest != 0; rest &= rest - 1) {
+    const int n = std::countr_zero(rest);
+    if (tree_->any_hit(rays.ray(n), rays.begin[n], rays.end[n])) any |= 1u << n;
+  }
+  return any;
+}
+
+bool PreparedSurface::any_hit(const Ray& ray, double t_max) const {
+  if (lanes_) return lanes_->surface().first_hit(ray, t_max).has_value();
+  return tree_ && tree_->any_hit(ray, 0, t_max);
+}
+
+double PreparedSurface::local_size_mm(const MeshPoint& point) const {
+  if (lanes_) return voxel_diagonal_mm_;
+  const auto [a, b, c] = corners(*mesh_, mesh_->triangles[point.triangle]);
+  return std::max({length(b - a), length(c - b), length(a - c)});
+}
+
+std::optional<Vec3> PreparedSurface::true_normal(Vec3 position, const MeshPoint& point) const {
+  if (lanes_) return lanes_->surface().true_normal(position);
+  const auto [a, b, c] = corners(*mesh_, mesh_->triangles[point.triangle]);
+  const Vec3 normal = cross(b - a, c - a);
+  if (normal == Vec3{}) return std::nullopt;
+  return normalize(normal);
+}
+
+double PreparedSurface::t_before(const Ray& ray, double t_hit) const {
+  if (lanes_) return lanes_->surface().t_before(ray, t_hit);
+  return t_hit - std::min(step_mm_ / length(ray.direction), t_hit / 2);
+}
+
+SceneSurfaces::SceneSurfaces(const Scene& scene, const SceneSurfaces* previous) {
+  for (const SurfaceItem& item : scene.surfaces) {
+    surfaces_.push_back(prepared(item, scene, previous));
+  }
+}
+
+PreparedSurface SceneSurfaces::prepared(const SurfaceItem& item, const Scene& scene,
+                                        const SceneSurfaces* previous) {
+  // Made once, here or before.
+  const auto kept = [&](auto SceneSurfaces::*map, const auto& key, const auto& make) {
+    auto& value = (this->*map)[key];
+    if (!value && previous && (previous->*map).contains(key)) value = (previous->*map).at(key);
+    if (!value) value = make();
+    return value;
+  };
+  const bool is_raster = scene.visibility == Visibility::kRaster;
+  const VolumeAndIso key{item.volume, item.iso};
+  if (item.volume && !is_raster) {
+    const auto bricks = kept(&SceneSurfaces::bricks_, item.volume,
+                             [&] { return std::make_shared<const BrickGrid>(*item.volume); });
+    return PreparedSurface(kept(&SceneSurfaces::lanes_, key, [&] {
+      return std::make_shared<const IsoLanes>(IsoSurface(item.volume, bricks, item.iso), *bricks);
+    }));
+  }
+  const auto mesh = item.mesh ? item.mesh : kept(&SceneSurfaces::meshes_, key, [&] {
+    return std::make_shared<const Mesh>(extract_isosurface(*item.volume, item.iso));
+  });
+  const bool is_met_by_rays =
+      (!is_raster || needs_secondary_rays(scene)) && !mesh->triangles.empty();
+  if (!is_met_by_rays) return {mesh, nullptr};
+  return {mesh, kept(&SceneSurfaces::trees_, mesh,
+                     [&] { return std::make_shared<const MeshSurface>(mesh); })};
+}
+
+bool has_further_points(const Scene& scene) {
+  return std::ranges::any_of(scene.surfaces, [&](const SurfaceItem& item) {
+    return item.material.opacity < 1 || (item.material.kr != Rgb{} && scene.mirror_depth > 0);
+  });
+}
+
+bool needs_secondary_rays(const Scene& scene) { return scene.shadows || has_further_points(scene); }
+
+}  // namespace isolux
