@@ -45,6 +45,9 @@ export const connection = new Connection({
   onError: (message) => tell(message, 'error'),
   onConnected: (now) => {
     connected.value = now;
+    refining.value = null;
+    // What another server drew is no settled picture of this one.
+    if (!now && frame.value) frame.value = { ...frame.value, settled: false };
   },
 });
 

@@ -117,10 +117,13 @@ std::string framed(const json& header, const std::vector<std::string>& files) {
 
 int Drawing::reduction_for(const Scene& whole, bool settled) const {
   if (settled) return 1;
-  if (whole_ && same_rays(*whole_, whole)) return reduction_;  // no ray needs to be traced again
   const double pixels = static_cast<double>(whole.camera->width()) * whole.camera->height();
+  const double shadows_ms = whole.shadows ? shadow_ms_per_pixel_ * pixels : 0;
+  const bool is_traced = whole_ && same_rays(*whole_, whole);
+  if (is_traced && shadows_ms / (reduction_ * reduction_) <= kMovingFrame_ms) return reduction_;
+  const double frame_ms = trace_ms_per_pixel_ * pixels + shadows_ms;
   int by = 1;
-  while (by < kMostReduced && trace_ms_per_pixel_ * pixels / (by * by) > kMovingFrame_ms) ++by;
+  while (by < kMostReduced && frame_ms / (by * by) > kMovingFrame_ms) ++by;
   return by;
 }
 
@@ -153,6 +156,7 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
     pictures.push_back(show_layer(layer, scene, request.light, session_));
   }
   const double light_ms = ms_since(lighting);
+  if (scene.shadows) shadow_ms_per_pixel_ = light_ms / pixels;
 
   const auto encoding = Clock::now();
   int sent_by = 1;

@@ -47,6 +47,7 @@ class Drawing {
   std::optional<PicturePart> seen_;   ///< where surfaces were met
   int reduction_ = 1;                 ///< how many pixels along each side became one
   double trace_ms_per_pixel_ = 3e-4;  ///< a first guess, so that the first frame comes soon
+  double shadow_ms_per_pixel_ = 0;    ///< with the lighting
   double sent_bytes_per_pixel_ = 0;
 };
 
