@@ -75,7 +75,7 @@ check('a mesh with its materials is opened, drawn as isolux render draws it, and
   await isRenderedFrom(page, join(meshes, 'cornell_box.obj'));
   await page.getByRole('slider', { name: 'kd diffuse', exact: true }).press('PageDown');
   await page.locator('#view-section summary').click();
-  await page.getByText('rasteriser').click();
+  await page.getByRole('radio', { name: 'rasteriser' }).check();
   await isRenderedFrom(page, join(meshes, 'cornell_box.obj'));
   const changed = await pixels(page);
   await page.getByRole('button', { name: /^Back to the file/ }).click();
