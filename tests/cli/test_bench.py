@@ -8,7 +8,7 @@ from isolux import PROGRAM, USAGE, WORK, TestCase
 from pictures import BLOB_DIMS, blob, grid
 
 SCENE_WORKS = ["min-max bricks", "visibility", "display", "frame", "incoherent rays",
-               "shadow rays", "lamp moved", "new iso value", "first picture"]
+               "shadow rays", "lamp moved", "lamp moved, shadows", "new iso value", "first picture"]
 PEER_WORKS = ["orbit", "close view", "inside view", "incoherent rays", "shadow rays", "lamp moved",
               "new iso value", "first picture", "min-max bricks"]
 

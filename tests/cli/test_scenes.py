@@ -18,6 +18,9 @@ RICH = {"size": "40x32", "surface": ["iso=0,ka=0.1:0.2:0.3,kd=0.9:0.6:0.5,shinin
                   "directional,to=-3:-5:8,attach=camera,intensity=0.7"],
         "ambient": "0.3:0.2:0.1", "camera": "eye=60:-50:40,target=8:7:6,fov=20",
         "display": "raw", "exposure": 0.8, "background": "0.1:0.2:0.3"}
+# Shadows, a mirror and a translucent surface.
+EFFECTS = {**RICH, "surface": ["iso=0,kr=0.5:0.4:0.3,opacity=0.6", "iso=300,kr=0.2:0.2:0.2"],
+           "shadows": "on", "indirect": "path", "spp": 4}
 
 
 class BlobCase(TestCase):
@@ -262,10 +265,10 @@ class SceneFiles(BlobCase):
                        {"eye": [0, 0]}],
             "surface": [{}, {"iso": 1}, [1], [{"iso": "1"}], [{}], [{"iso": 1, "ka": [2, 0, 0]}],
                         [{"iso": 1, "input": 1.5}], [{"iso": 1, "input": 7}],
-                        [{"iso": 1, "kr": [1, 1, 1]}]],
+                        [{"iso": 1, "kr": [1, 1, 2]}], [{"iso": 1, "opacity": 1.5}]],
             "light": [{}, [[]], [{"kind": "spot", "at": [1, 2, 3]}], [{"at": [1, 2, 3]}],
                       [{"kind": "point"}], [{"kind": "point", "at": "1:2:3"}]],
-            "input": ["blob.nrrd", [1], {}, None], "shadows": ["on", True], "indirect": ["path"],
+            "input": ["blob.nrrd", [1], {}, None], "shadows": ["dark", True], "indirect": ["dark", "transport", True],
             "spp": [4], "clip": [["at=0:0:0,normal=0:0:1"]], "transfer": ["ct-head"],
         }
         for key, values in wrong.items():
@@ -298,6 +301,8 @@ class NoSilentSwitch(BlobCase):
         "surface.kd": {"surface": "iso=0,kd=0.8:0.8:0.7"},
         "surface.ks": {"surface": "iso=0,ks=0.3:0.9:0.3"},
         "surface.shininess": {"surface": "iso=0,shininess=3"},
+        "surface.opacity": {"surface": "iso=0,opacity=0.5"},
+        "shadows": {"light": "point,at=8:60:6", "shadows": "on"},
         "light": {"light": ["point,at=30:-60:20", "directional,to=0:0:1"]},
         "light.kind": {"light": "directional,to=30:-60:20"},
         "light.at": {"light": "point,at=30:-60:40"},
@@ -307,6 +312,7 @@ class NoSilentSwitch(BlobCase):
         "light.attach": {"light": "point,at=30:-60:20,attach=camera"},
         "light.falloff": {"light": "point,at=30:-60:20,falloff=inverse-square"},
         "ambient": {"ambient": "0.5:1:1"},
+        "indirect": {"indirect": "path"},
         "visibility": {"visibility": "raster"},
         "camera": {"camera": "eye=60:-50:41,target=8:7:6"},
         "camera.view": {"camera": "view=left"},
@@ -328,6 +334,15 @@ class NoSilentSwitch(BlobCase):
                         {"light": "point,at=3:-9:6,space=index,input=2"}),
         "light.reference": ({"light": "point,at=30:-60:20,falloff=inverse-square,reference=40"},
                             {"light": "point,at=30:-60:20,falloff=inverse-square,reference=50"}),
+        "surface.kr": ({"surface": "iso=0", "background": "0.5:0.5:0.5"},
+                       {"surface": "iso=0,kr=0.5:0.5:0.5", "background": "0.5:0.5:0.5"}),
+        "mirror-depth": (
+            {"surface": "iso=0,kr=1:1:1", "background": "0.5:0.5:0.5", "mirror-depth": 0},
+            {"surface": "iso=0,kr=1:1:1", "background": "0.5:0.5:0.5", "mirror-depth": 1}),
+        "bounces": ({"indirect": "path", "bounces": 1}, {"indirect": "path", "bounces": 3}),
+        "spp": ({"indirect": "path", "spp": 4}, {"indirect": "path", "spp": 5}),
+        "error": ({"indirect": "path", "error": 0.5}, {"indirect": "path", "error": 0.01}),
+        "seed": ({"indirect": "path", "seed": 1}, {"indirect": "path", "seed": 2}),
         "camera.height": (
             {"camera": "eye=60:-50:40,target=8:7:6,projection=orthographic,height=20"},
             {"camera": "eye=60:-50:40,target=8:7:6,projection=orthographic,height=21"}),
@@ -337,11 +352,6 @@ class NoSilentSwitch(BlobCase):
                  {"dims": "5x3x2", "type": "i16be", "surface": "iso=9000"}),
     }
     REFUSED = {
-        "surface.kr": {"surface": "iso=0,kr=0.5:0.5:0.5"},
-        "surface.opacity": {"surface": "iso=0,opacity=0.5"},
-        "shadows": {"shadows": "on"},
-        "mirror-depth": {"mirror-depth": 2}, "indirect": {"indirect": "path"},
-        "bounces": {"bounces": 1}, "spp": {"spp": 4}, "seed": {"seed": 1},
         "transfer": {"transfer": "ct-head"}, "clip": {"clip": "at=0:0:0,normal=0:0:1"},
         # This input has one volume and is no DICOM; test_formats.py has those that do.
         "volume": {"volume": 1}, "series": {"series": 1},
@@ -403,7 +413,8 @@ class NoSilentSwitch(BlobCase):
 
 class SameBytes(BlobCase):
     def test_any_number_of_threads_makes_the_same_bytes(self):
-        scenes = [(["blob.nrrd"], RICH), (["phantom:marschner-lobb"], {"size": "64x64"}),
+        scenes = [(["blob.nrrd"], RICH), (["blob.nrrd"], EFFECTS),
+                  (["phantom:marschner-lobb"], {"size": "64x64"}),
                   (["phantom:head,size=48"], {"size": "50x70", "surface": ["iso=-300", "iso=300"]})]
         for inputs, options in scenes:
             for ending in ("png", "exr"):
@@ -415,7 +426,8 @@ class SameBytes(BlobCase):
     def test_avx2_and_avx512_make_the_same_bytes(self):
         lamp = {"light": ["point,at=40:-300:200,falloff=inverse-square,reference=300",
                           "directional,to=1:-1:0.5,color=1:0.5:0.2"]}
-        scenes = [(["blob.nrrd"], RICH), (["phantom:marschner-lobb"], {"size": "65x63"}),
+        scenes = [(["blob.nrrd"], RICH), (["blob.nrrd"], EFFECTS),
+                  (["phantom:marschner-lobb"], {"size": "65x63"}),
                   (["phantom:sphere"], {"size": "64x64", "camera":
                                         "view=top,projection=orthographic", **lamp}),
                   (["phantom:head,size=64"], {"size": "150x170", "surface":

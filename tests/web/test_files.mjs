@@ -71,7 +71,7 @@ check('loose DICOM slices are one scan, and so is a folder of them', async (page
 check('a mesh with its materials is opened, drawn as isolux render draws it, and coloured', async (page) => {
   const meshes = join(shared, 'data/meshes');
   await open(page, ['cornell_box.obj', 'cornell_box.mtl'].map((name) => join(meshes, name)));
-  await page.getByRole('button', { name: 'Scan: cornell_box.obj' }).waitFor();
+  await page.getByRole('button', { name: 'Scan: cornell_box.obj and 1 more' }).waitFor();
   await isRenderedFrom(page, join(meshes, 'cornell_box.obj'));
   await page.getByRole('slider', { name: 'kd diffuse', exact: true }).press('PageDown');
   await page.locator('#view-section summary').click();

@@ -2,8 +2,10 @@
 import { moveBy, stopExplaining } from './explain';
 import { saveHere } from './files';
 import { pan, turn, zoom } from './gestures';
+import { besideIndirect } from './light_panel';
+import { setOption } from './option_control';
 import { viewNames } from './scene';
-import { editScene, explained, explaining, helpOpen, honours, lamp, redo, scene, undo } from './state';
+import { explained, explaining, helpOpen, honours, lamp, redo, scene, undo } from './state';
 import { toggleSplit } from './top_bar';
 import { fitHere, setView } from './view_panel';
 
@@ -26,7 +28,8 @@ function focusAxis(axis: string): void {
 
 function toggle(option: string, on: string): void {
   if (!honours(option)) return;
-  editScene('', (old) => ({ ...old, [option]: old[option] === on ? 'off' : on }));
+  const to = scene.value?.[option] === on ? 'off' : on;
+  setOption(option, to, '', option === 'indirect' ? besideIndirect(to) : []);
 }
 
 const pressed: Record<string, () => void> = {
@@ -38,7 +41,7 @@ const pressed: Record<string, () => void> = {
   y: () => focusAxis('y'),
   z: () => focusAxis('z'),
   s: () => toggle('shadows', 'on'),
-  i: () => toggle('indirect', 'transport'),
+  i: () => toggle('indirect', 'path'),
   e: () => (explaining.value ? stopExplaining() : moveBy(0, 0)),
   f: fitHere,
   o: () => document.querySelector<HTMLInputElement>('[data-testid=open-file]')?.click(),

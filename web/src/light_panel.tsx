@@ -46,6 +46,12 @@ function Ambient({ now }: { now: Scene }) {
   );
 }
 
+/** Options of indirect light that have no meaning beside a method of it. */
+export function besideIndirect(method: unknown): string[] {
+  if (method === 'path') return [];
+  return method === 'off' ? ['bounces', 'spp', 'error', 'seed'] : ['spp', 'error', 'seed'];
+}
+
 export function LightPanel() {
   const now = scene.value;
   if (!now) return null;
@@ -56,9 +62,9 @@ export function LightPanel() {
       <OptionControl name="shadows" label="shadows" />
       <Ambient now={now} />
       {mirrors && <OptionControl name="mirror-depth" label="mirrors" usualHigh={8} />}
-      <OptionControl name="indirect" label="indirect" />
-      {indirect && <OptionControl name="bounces" label="bounces" usualHigh={8} />}
-      {now.indirect === 'path' && <OptionControl name="spp" label="samples" usualHigh={1024} />}
+      <OptionControl name="indirect" label="indirect" without="transport" drops={besideIndirect} />
+      {indirect && <OptionControl name="bounces" label="bounces" usual={2} usualHigh={8} />}
+      {now.indirect === 'path' && <OptionControl name="spp" label="samples" usual={64} usualHigh={1024} />}
     </>
   );
 }

@@ -1,6 +1,7 @@
 // A control for an option of the scene, made of its row in the program's table of options. Where this
 // version does not honour the option, there is none.
 import { Choice, NumberRow } from './controls';
+import type { Scene } from './scene';
 import { editScene, hello, scene } from './state';
 
 interface OptionControlProps {
@@ -8,16 +9,32 @@ interface OptionControlProps {
   label: string;
   /** Other words for its choices. */
   labels?: Record<string, string>;
+  /** A choice that this version refuses. */
+  without?: string;
+  /** What holds where the scene says nothing and the table has no default. */
+  usual?: number;
   /** Where the slider ends; more may be typed. */
   usualHigh?: number;
+  /** Options that are refused beside a value of this one. */
+  drops?: (to: unknown) => string[];
 }
 
-export function OptionControl({ name, label, labels = {}, usualHigh }: OptionControlProps) {
+/** @param drops  options that are refused beside this value. */
+export const setOption = (name: string, to: unknown, about: string, drops: string[]): void =>
+  editScene(about, (old) => {
+    const changed: Scene = { ...old, [name]: to };
+    for (const other of drops) delete changed[other];
+    return changed;
+  });
+
+export function OptionControl({
+  name, label, labels = {}, without, usual, usualHigh, drops = () => [],
+}: OptionControlProps) {
   const option = hello.value?.options[name];
   const now = scene.value;
   if (!option || !now) return null;
-  const value = now[name] ?? option.default;
-  const set = (to: unknown, about = '') => editScene(about, (old) => ({ ...old, [name]: to }));
+  const value = now[name] ?? option.default ?? usual;
+  const set = (to: unknown, about = '') => setOption(name, to, about, drops(to));
   if (option.choices.length === 2 && option.choices.includes('on')) {
     const on = value === 'on';
     return (
@@ -34,7 +51,7 @@ export function OptionControl({ name, label, labels = {}, usualHigh }: OptionCon
         <Choice
           name={label}
           value={value as string}
-          choices={option.choices.map((one) => ({ value: one, label: labels[one] ?? one }))}
+          choices={option.choices.filter((one) => one !== without).map((one) => ({ value: one, label: labels[one] ?? one }))}
           onChange={(to) => set(to)}
         />
       </div>
@@ -51,7 +68,7 @@ export function OptionControl({ name, label, labels = {}, usualHigh }: OptionCon
       step={1}
       open={usualHigh !== undefined}
       unit={option.unit}
-      {...(typeof option.default === 'number' ? { usual: option.default } : {})}
+      usual={typeof option.default === 'number' ? option.default : (usual ?? low)}
       onChange={(to) => set(Math.min(option.high ?? to, Math.max(low, Math.round(to))), name)}
     />
   );

@@ -75,9 +75,10 @@ async function show({ header, pictures }: Frame): Promise<void> {
       frame.value = header;
       refining.value = null;
       // Better the last picture for a moment than one that jumps.
-      if (!fitTo(header)) paint(header, decoded);
+      if (fitTo(header)) return;
+      paint(header, decoded);
+      measure(header.id);
     });
-    measure(header.id);
   }
   for (const one of decoded) one.close();
 }

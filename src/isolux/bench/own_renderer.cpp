@@ -41,7 +41,10 @@ void OwnRenderer::trace() {
   caster_->cast(*scene_.camera, *buffer_);
 }
 
-void OwnRenderer::relight() { picture_.relight(scene_, *buffer_); }
+void OwnRenderer::relight() {
+  cast_shadows(scene_, caster_->surfaces(), *buffer_, shadows_);
+  picture_.relight(scene_, *buffer_, shadows_);
+}
 
 void OwnRenderer::redisplay() { picture_.redisplay(scene_, *buffer_); }
 

@@ -22,6 +22,7 @@ class OwnRenderer {
 
   // Changes. They take no time; what follows from them is done by the steps below.
   void look(const View& view);
+  void set_shadows(bool on) { scene_.shadows = on; }
   void set_iso(double iso) { scene_.surfaces[0].iso = iso; }
   /// The first light becomes a point light of intensity 1 at `at`; nothing: a headlight.
   void set_lamp(std::optional<Vec3> at);
@@ -30,7 +31,7 @@ class OwnRenderer {
   /// What the iso value needs; the min-max bricks of the volume are made at the first call alone.
   void prepare();
   void trace();
-  /// Lighting and display, which go in one pass.
+  /// Shadows, if they are on; lighting and display, which go in one pass.
   void relight();
   /// Display alone, of what has been lit.
   void redisplay();
@@ -45,6 +46,7 @@ class OwnRenderer {
   Scene scene_;
   std::optional<RayCaster> caster_;
   std::optional<SurfaceBuffer> buffer_;
+  Shadows shadows_;
   LitPicture picture_;
 };
 

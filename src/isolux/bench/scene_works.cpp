@@ -68,6 +68,16 @@ Work lamp_work(OwnRenderer& renderer, int turns) {
             [=](int) { return milliseconds_of_one([&](int) { limit->run(); }); }}}};
 }
 
+Work shadow_work(OwnRenderer& renderer, int turns) {
+  return {"lamp moved, shadows", turns, [&](int turn) {
+            renderer.set_lamp(lamp_of_turn(renderer.scene(), turn));
+            renderer.set_shadows(true);
+            const double ms = milliseconds([&] { renderer.relight(); });
+            renderer.set_shadows(false);
+            return ms;
+          }};
+}
+
 Work iso_work(OwnRenderer& renderer, int turns) {
   const double iso = renderer.scene().surfaces[0].iso;
   return {"new iso value", turns, [&renderer, iso](int turn) {
@@ -115,6 +125,7 @@ std::vector<Work> scene_works(OwnRenderer& renderer, int turns) {
                 shadow_rays(camera, surfaces, lamp_of_turn(renderer.scene(), 0)), RayQuery::kAny,
                 turns),
       lamp_work(renderer, turns),
+      shadow_work(renderer, turns),
       iso_work(renderer, turns),
       first_picture_work(renderer, turns),
   };

@@ -18,6 +18,8 @@ Work frame_work(OwnRenderer& renderer, int turns);
 /// Lighting and display again, which go in one pass, from the surfaces that are kept: one of ten
 /// moves in a row.
 Work lamp_work(OwnRenderer& renderer, int turns);
+/// The same with shadow rays from every lit pixel.
+Work shadow_work(OwnRenderer& renderer, int turns);
 /// From another iso value to the picture.
 Work iso_work(OwnRenderer& renderer, int turns);
 /// From the voxels to the picture.

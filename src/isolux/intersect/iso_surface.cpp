@@ -212,12 +212,15 @@ double IsoSurface::t_before(const Ray& world_ray, double t_hit) const {
   const Ray ray{index_from_world_.point(world_ray.origin),
                 index_from_world_.vector(world_ray.direction)};
   const double voxel = 1 / length(ray.direction);
-  const double farthest = std::min(kFarthestStep * voxel, t_hit / 2);
-  const auto there = difference(ray.at(t_hit - farthest));
-  if (!there || *there == 0) return t_hit - farthest;
-  for (double step = kLeastStep * voxel; step < farthest; step *= kGrowth) {
+  double farthest = std::min(kFarthestStep * voxel, t_hit / 2);
+  auto there = difference(ray.at(t_hit - farthest));
+  while ((!there || *there == 0) && farthest > kLeastStep * voxel) {  // outside: not so far
+    farthest /= kGrowth;
+    there = difference(ray.at(t_hit - farthest));
+  }
+  for (double step = kLeastStep * voxel; step < farthest && there; step *= kGrowth) {
     const auto here = difference(ray.at(t_hit - step));
-    if (!here || *here * *there > 0) return t_hit - step;
+    if (here && *here * *there > 0) return t_hit - step;
   }
   return t_hit - farthest;
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "isolux/base/error.h"
+#include "isolux/io/dicom_signature.h"
 #include "isolux/io/format.h"
 #include "isolux/io/placement_fault.h"
 #include "isolux/io/unpacked_archive.h"
@@ -22,6 +23,10 @@ std::string first_bytes_of(const std::string& path) {
   std::error_code error;
   if (!fs::exists(path, error)) {
     throw WorkError(path, "there is no such file", "check the name, or see `isolux --help`");
+  }
+  // Opening a pipe would wait for whoever fills it; and it could be read once only.
+  if (fs::is_fifo(path, error) || fs::is_socket(path, error)) {
+    throw WorkError(path, "is a pipe, not a file", "write it to a file first");
   }
   errno = 0;
   std::ifstream file(path, std::ios::binary);
@@ -54,31 +59,63 @@ const Format* format_of(const std::vector<Format>& among, const ReadRequest& req
   return found == among.end() ? nullptr : &*found;
 }
 
-std::vector<std::string> tiffs_in(const std::string& folder) {
+// A stack of files: a DICOM series, or TIFFs. Nothing where the folder holds neither.
+std::optional<OpenedInput> open_stack(const ReadRequest& request) {
+  const std::vector<std::string> slices = find_dicom_files(request.name);
+  if (!slices.empty()) return open_dicom_folder(request, slices);
   std::vector<std::string> tiffs;
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(request.name, error)) {
     if (!entry.is_regular_file(error)) continue;
     const std::string path = entry.path().string();
-    if (tiff_format().recognises({path, {}}, first_bytes_of(path))) tiffs.push_back(path);
+    if (tiff_format().recognises({path, request.grid}, first_bytes_of(path))) {
+      tiffs.push_back(path);
+    }
   }
-  return tiffs;
+  if (tiffs.empty()) return std::nullopt;
+  return open_tiff_folder(request, tiffs);
+}
+
+// The one stack in a folder, or else the one volume or mesh.
+OpenedInput open_folder(const ReadRequest& request) {
+  if (auto stack = open_stack(request)) return *stack;
+  const std::vector<Format> known = formats();
+  std::optional<OpenedInput> found;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(request.name, error)) {
+    if (!entry.is_regular_file(error)) continue;
+    const ReadRequest inside{entry.path().string(), request.grid, request.listener};
+    const Format* format = format_of(known, inside);
+    if (!format) continue;
+    OpenedInput opened = format->open(inside);
+    // A header and its voxels may each be a way to the same volume.
+    if (found && opened.result.files == found->result.files) continue;
+    if (found) {
+      throw WorkError(request.name, "holds several volumes or meshes", "name the wanted file");
+    }
+    opened.result.notes.insert(opened.result.notes.begin(),
+                               "read from " + entry.path().filename().string());
+    found = std::move(opened);
+  }
+  if (found) return *found;
+  throw WorkError(request.name, "holds nothing that this version reads",
+                  "`isolux --help` lists the formats");
+}
+
+// A DICOMDIR tells what lies in its folder and below, which is found without it.
+OpenedInput open_folder_of_index(const ReadRequest& request) {
+  const fs::path path(request.name);
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  OpenedInput opened = open_folder({folder.string(), request.grid, request.listener});
+  opened.result.notes.insert(opened.result.notes.begin(),
+                             "an index (DICOMDIR): its folder was read");
+  return opened;
 }
 
 bool is_archive(const std::string& first_bytes) {
   constexpr std::size_t kTarMark = 257;
   return first_bytes.starts_with("PK\3\4") ||
          (first_bytes.size() > kTarMark && first_bytes.compare(kTarMark, 5, "ustar") == 0);
-}
-
-// A folder holds one volume as a stack of files: a DICOM series, or TIFFs.
-OpenedInput open_folder(const ReadRequest& request) {
-  const std::vector<std::string> slices = find_dicom_files(request.name);
-  if (!slices.empty()) return open_dicom_folder(request, slices);
-  const std::vector<std::string> tiffs = tiffs_in(request.name);
-  if (!tiffs.empty()) return open_tiff_folder(request, tiffs);
-  throw WorkError(request.name, "is a folder without DICOM or TIFF files",
-                  "give a file, or a folder of one stack");
 }
 
 // Does `work`; what it says of files in the unpacked folder, it says of the archive: that folder is
@@ -89,21 +126,22 @@ auto about_archive(const std::string& name, const UnpackedArchive& archive, cons
     return work();
   } catch (const WorkError& error) {
     std::string why = error.what();
-    const std::string folder = archive.folder().string() + "/";
-    for (std::size_t at = 0; (at = why.find(folder)) != std::string::npos;) {
-      why.erase(at, folder.size());
+    const std::string folder = archive.folder().string();
+    const bool is_of_all = why.starts_with(folder + ": ");
+    for (const std::string& hidden : {folder + "/", folder + ": "}) {
+      for (std::size_t at = 0; (at = why.find(hidden)) != std::string::npos;) {
+        why.erase(at, hidden.size());
+      }
     }
-    throw WorkError(name, "in it, " + why.substr(0, why.rfind("; ")), "unpack it and look");
+    throw WorkError(name, (is_of_all ? "" : "in it, ") + why.substr(0, why.rfind("; ")),
+                    "unpack it and look");
   }
 }
-
-OpenedInput open_known_format(const ReadRequest& request);
 
 OpenedInput open_archive(const ReadRequest& request) {
   const auto archive = std::make_shared<const UnpackedArchive>(request.name);
   OpenedInput opened = about_archive(request.name, *archive, [&] {
-    const std::string inside = only_input_in(archive->folder().string());
-    return open_known_format({inside, request.grid, request.listener});
+    return open_folder({archive->folder().string(), request.grid, request.listener});
   });
   opened.read_voxels = [archive, name = request.name,
                         read = opened.read_voxels](std::vector<std::string>& notes) {
@@ -120,7 +158,9 @@ OpenedInput open_known_format(const ReadRequest& request) {
   if (std::error_code error; fs::is_directory(request.name, error)) return open_folder(request);
   const std::vector<Format> known = formats();
   if (const Format* format = format_of(known, request)) return format->open(request);
-  if (is_archive(first_bytes_of(request.name))) return open_archive(request);
+  const std::string first_bytes = first_bytes_of(request.name);
+  if (is_archive(first_bytes)) return open_archive(request);
+  if (is_dicom_directory(first_bytes)) return open_folder_of_index(request);
   if (request.grid.dims || request.grid.type) return open_raw(request);
   std::error_code error;
   const std::string guess = raw_guess(fs::file_size(request.name, error));
@@ -161,21 +201,6 @@ ReadResult finished(const OpenedInput& opened) {
 }
 
 }  // namespace
-
-std::string only_input_in(const std::string& folder) {
-  if (!find_dicom_files(folder).empty() || !tiffs_in(folder).empty()) return folder;
-  const std::vector<Format> known = formats();
-  std::vector<std::string> found;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    if (format_of(known, {entry.path().string(), {}})) found.push_back(entry.path().string());
-  }
-  if (found.size() == 1) return found[0];
-  if (found.empty()) {
-    throw WorkError(folder, "holds no volume or mesh that this version reads",
-                    "`isolux --help` lists the formats");
-  }
-  throw WorkError(folder, "holds several volumes or meshes", "name the wanted one");
-}
 
 double OpenedInput::voxel_count() const {
   return static_cast<double>(volume.dims[0]) * volume.dims[1] * volume.dims[2];

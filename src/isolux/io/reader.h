@@ -71,11 +71,6 @@ std::vector<OpenedInput> open_inputs(const SceneDescription& description,
 std::vector<ReadResult> read_inputs(const SceneDescription& description,
                                     const ProgressListener& listener);
 
-/// What files that came together are about: their folder, where they are slices of one stack; else
-/// the one file among them that can be read, with what it needs beside it.
-/// @throws WorkError  where there is none, or more than one.
-std::string only_input_in(const std::string& folder);
-
 /// @throws UsageError  where an input is a mesh.
 void require_volume(const ReadResult& input);
 

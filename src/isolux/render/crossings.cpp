@@ -39,7 +39,7 @@ void Crossings::set_crossed(int n, double t, bool turned) {
 
 void Crossings::pass(std::uint32_t lanes) {
   constexpr int kTries = 8;
-  constexpr double kJustBehind = 10;  // steps
+  constexpr double kJustBehind = 100;  // steps
   for (int tries = 0; tries < kTries && lanes != 0; ++tries) {
     const std::uint32_t turned = hits_.turned;
     double from[RayPacket::kCount];

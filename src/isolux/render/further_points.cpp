@@ -148,7 +148,7 @@ void FurtherPointFinder::follow(const std::vector<Branch>& branches, FurtherPoin
         }
         const PacketHits& hits = layers.of(number);
         const double opacity = material(number).opacity;
-        set(point.weight, opacity * Vec3{branch.weight.r, branch.weight.g, branch.weight.b});
+        set(point.weight, {branch.weight.r, branch.weight.g, branch.weight.b});
         set(point.normal, {hits.normal[0][n], hits.normal[1][n], hits.normal[2][n]});
         set(point.to_eye, -branch.ray.direction);
         point.came_mm = hits.t[n];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 
@@ -48,19 +49,28 @@ struct PacketHits {
 
   /// Takes those hits that are nearer.
   void add(const HitLanes& hits, std::int32_t number) {
+    if (hit == 0) return set(hits, number);
     for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
       const std::uint32_t bit = 1u << n;
       if (!is_nearer(bit, n, hits.t[n])) continue;
       hit |= bit;
-      turned = (turned & ~bit) | (hits.away & bit);
+      turned = (turned & ~bit) | (hits.turned & bit);
       t[n] = hits.t[n];
       surface[n] = number;
       point[n] = {};
-      for (int axis = 0; axis < 3; ++axis) {
-        normal[axis][n] = hits.away & bit ? -hits.normal[axis][n] : hits.normal[axis][n];
-      }
+      for (int axis = 0; axis < 3; ++axis) normal[axis][n] = hits.normal[axis][n];
     }
+  }
+
+  /// Takes all hits, where there were none.
+  void set(const HitLanes& hits, std::int32_t number) {
+    hit = hits.hit;
+    turned = hits.turned;
+    std::ranges::copy(hits.t, t);
+    for (int axis = 0; axis < 3; ++axis) std::ranges::copy(hits.normal[axis], normal[axis]);
+    std::ranges::fill(surface, number);
+    std::ranges::fill(point, MeshPoint{});
   }
 
   /// Takes the hit of lane n on a mesh, whose normal is `outward`, if it is nearer.

@@ -12,7 +12,7 @@ namespace isolux {
 namespace {
 
 // Of the voxel's shortest edge, and of a mesh's extent.
-constexpr double kVoxelStep = 1e-3;
+constexpr double kVoxelStep = 1e-4;
 constexpr double kMeshStep = 1e-8;
 
 double longest_diagonal(const Affine& world_from_index) {
@@ -20,6 +20,21 @@ double longest_diagonal(const Affine& world_from_index) {
   for (int corner = 0; corner < 4; ++corner) {
     const Vec3 diagonal{1, corner & 1 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0};
     longest = std::max(longest, length(world_from_index.vector(diagonal)));
+  }
+  return longest;
+}
+
+std::vector<float> longest_edges(const Mesh& mesh) {
+  std::vector<float> longest(mesh.positions.size());
+  for (const Mesh::Triangle& triangle : mesh.triangles) {
+    const auto points = corners(mesh, triangle);
+    for (std::size_t n = 0; n < 3; ++n) {
+      const std::size_t next = (n + 1) % 3;
+      const auto edge = static_cast<float>(length(points[next] - points[n]));
+      for (const std::size_t end : {n, next}) {
+        longest[triangle[end]] = std::max(longest[triangle[end]], edge);
+      }
+    }
   }
   return longest;
 }
@@ -53,7 +68,8 @@ PreparedSurface::PreparedSurface(std::shared_ptr<const IsoLanes> lanes) : lanes_
 PreparedSurface::PreparedSurface(std::shared_ptr<const Mesh> mesh,
                                  std::shared_ptr<const MeshSurface> tree)
     : mesh_(std::move(mesh)), tree_(std::move(tree)) {
-  if (mesh_->positions.empty()) return;
+  if (!tree_) return;
+  longest_edges_mm_ = std::make_shared<const std::vector<float>>(longest_edges(*mesh_));
   const MeshBox box = box_of(*mesh_);
   step_mm_ = kMeshStep * (length(box.high - box.low) + length(box.low) + length(box.high));
 }
@@ -98,8 +114,8 @@ bool PreparedSurface::any_hit(const Ray& ray, double t_max) const {
 
 double PreparedSurface::local_size_mm(const MeshPoint& point) const {
   if (lanes_) return voxel_diagonal_mm_;
-  const auto [a, b, c] = corners(*mesh_, mesh_->triangles[point.triangle]);
-  return std::max({length(b - a), length(c - b), length(a - c)});
+  const auto [a, b, c] = mesh_->triangles[point.triangle];
+  return std::max({(*longest_edges_mm_)[a], (*longest_edges_mm_)[b], (*longest_edges_mm_)[c]});
 }
 
 std::optional<Vec3> PreparedSurface::true_normal(Vec3 position, const MeshPoint& point) const {

@@ -34,8 +34,8 @@ class PreparedSurface {
   bool any_hit(const Ray& ray, double t_max) const;
 
   /// Within this distance of a point, in mm, the surface may hide a light from itself only because
-  /// its shading normal is smoother than it is: a voxel's diagonal, or the longest edge of the
-  /// triangle.
+  /// its shading normal is smoother than it is: a voxel's diagonal, or the longest edge at the
+  /// triangle's corners.
   double local_size_mm(const MeshPoint& point) const;
   /// The unit normal of the surface itself, without smoothing, of either direction; nothing where
   /// there is none.
@@ -52,6 +52,7 @@ class PreparedSurface {
   std::shared_ptr<const Mesh> mesh_;
   std::shared_ptr<const MeshSurface> tree_;
   double voxel_diagonal_mm_ = 0;
+  std::shared_ptr<const std::vector<float>> longest_edges_mm_;  ///< at each vertex of a mesh
   double step_mm_ = 0;
 };
 

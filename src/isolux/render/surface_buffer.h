@@ -34,7 +34,8 @@ struct FurtherPoint {
   std::uint8_t pixel = 0;    ///< its place in the tile
   bool is_mirrored = false;  ///< whether a mirror lies between
   std::int32_t surface = kBackground;
-  float weight[3] = {};  ///< its share of the pixel's radiance, per channel
+  /// What the way to the eye leaves of its radiance, per channel; its own opacity comes on top.
+  float weight[3] = {};
   float normal[3] = {};  ///< unit, on the side that the ray came from
   float to_eye[3] = {};  ///< unit, back along the ray that met it
   double came_mm = 0;    ///< length of that ray

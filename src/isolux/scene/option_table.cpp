@@ -36,10 +36,9 @@ Option choice(const char* name, const char* sentence, std::vector<std::string> c
           .choices = std::move(choices)};
 }
 
-// An option that this version refuses, whatever its value, or but for one.
-Option later(Option option, const char* not_yet, const char* only_value = "") {
+// An option that this version refuses, whatever its value.
+Option later(Option option, const char* not_yet) {
   option.not_yet = not_yet;
-  option.only_value = only_value;
   return option;
 }
 
@@ -155,7 +154,6 @@ Option camera_option() {
 }
 
 std::vector<Option> make_scene_options() {
-  const char* kNoIndirect = "indirect light is not in this version";
   return {
       {.name = "size",
        .type = kSize,
@@ -223,27 +221,32 @@ std::vector<Option> make_scene_options() {
        .default_text = "4",
        .low = 0,
        .high = 64},
-      later(choice("indirect", "light that surfaces send to each other",
-                   {"off", "transport", "path"}, "off"),
-            kNoIndirect, "off"),
-      later({.name = "bounces",
-             .type = kWhole,
-             .sentence = "bounces of indirect light",
-             .low = 0,
-             .high = 64},
-            kNoIndirect),
-      later({.name = "spp",
-             .type = kWhole,
-             .sentence = "indirect samples a pixel",
-             .low = 1,
-             .high = 1e9},
-            kNoIndirect),
-      later({.name = "seed",
-             .type = kWhole,
-             .sentence = "another set of random numbers",
-             .low = 0,
-             .high = 1e15},
-            kNoIndirect),
+      choice("indirect",
+             "light that surfaces send to each other, in place of the ambient term: path is "
+             "without bias and converges with --spp",
+             {"off", "transport", "path"}, "off"),
+      {.name = "bounces",
+       .type = kWhole,
+       .sentence = "bounces of indirect light (default 2)",
+       .low = 0,
+       .high = 64},
+      {.name = "spp",
+       .type = kWhole,
+       .sentence = "indirect samples a pixel, with --indirect path (default 64; with --error as "
+                   "many as it takes)",
+       .low = 1,
+       .high = 1 << 20},
+      {.name = "error",
+       .type = kNumber,
+       .sentence = "the relative standard error of indirect light to stop at, with --indirect path",
+       .low = 0,
+       .high = 1,
+       .low_excluded = true},
+      {.name = "seed",
+       .type = kWhole,
+       .sentence = "another set of random numbers, with --indirect path (default 0)",
+       .low = 0,
+       .high = 1e15},
       later({.name = "transfer", .type = kText, .sentence = "draw the volume itself as well"},
             "volumes drawn as volumes are not in this version"),
       later({.name = "clip",

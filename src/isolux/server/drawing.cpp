@@ -67,6 +67,7 @@ json counters_json(const Session::Counters& counters) {
   return {{"skip_structure", counters.skip_structure},
           {"visibility", counters.visibility},
           {"shadows", counters.shadows},
+          {"indirect", counters.indirect},
           {"lighting", counters.lighting},
           {"display", counters.display}};
 }
@@ -130,9 +131,11 @@ int Drawing::reduction_for(const Scene& whole, bool settled) const {
 std::string Drawing::frame(const ViewRequest& request, const SceneDescription& description,
                            const std::vector<SceneInput>& inputs, double bytes_per_ms,
                            const ProgressListener& listener) {
-  Scene whole = resolve(description, inputs);
-  const int by = reduction_for(whole, request.settled);
   SceneDescription drawn = description;
+  // It takes seconds, and none of it can be kept: moving frames show the ambient term in its place.
+  if (!request.settled) drawn.indirect = IndirectMethod::kOff;
+  Scene whole = resolve(drawn, inputs);
+  const int by = reduction_for(whole, request.settled);
   drawn.width = std::max(1, description.width / by);
   drawn.height = std::max(1, description.height / by);
   Scene scene = by == 1 ? whole : resolve(drawn, inputs);
@@ -151,6 +154,7 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
   reduction_ = by;
 
   const auto lighting = Clock::now();
+  session_.indirect(scene, listener);
   std::vector<ShownPicture> pictures;
   for (const ShownLayer layer : request.show) {
     pictures.push_back(show_layer(layer, scene, request.light, session_));

@@ -115,30 +115,29 @@ std::string Viewer::saved_picture(const json& request, const ProgressListener& l
   const Scene scene = resolve(description, inputs_.inputs_of(document));
   Session session;
   const SurfaceBuffer& buffer = session.surfaces(scene, listener);
+  session.indirect(scene, listener);
   listener("lighting and writing", 1);
   return encode_picture(
-      scene, buffer, session.shadows(scene),
+      scene, buffer, session.shadows(scene), session.indirect(scene),
       provenance(version_, with_defaults(document), inputs_.checksums_of(document)), is_exr);
 }
 
 std::string Viewer::open_dropped(const DroppedFile& file, const ProgressListener& listener) {
-  std::string path = file.path, name = file.name;
+  std::string path = file.path;
   std::vector<std::pair<std::string, std::string>> as_page_knows = {{folder_of(path) + "/", ""}};
   std::optional<UnpackedArchive> unpacked;  // goes when the checksums of what is in it are known
   ReadResult input;
   try {
     if (file.is_packed) {
       unpacked.emplace(path);
-      const std::string folder = unpacked->folder().string();
-      as_page_knows.insert(as_page_knows.end(), {{folder + "/", ""}, {folder, file.name}});
-      path = only_input_in(folder);
-      if (path != folder) name = std::filesystem::path(path).filename().string();
+      path = unpacked->folder().string();
+      as_page_knows.insert(as_page_knows.end(), {{path + "/", ""}, {path, file.name}});
     }
     input = read_input({path, {}, listener});
   } catch (const Error& error) {
     throw WorkError(replaced(as_page_knows, error.what()));
   }
-  input.name = name;
+  input.name = file.name;
   for (std::string& note : input.notes) note = replaced(as_page_knows, note);
   listener("looking", 1);  // from here on it is open, whoever has left
   const std::string opened = inputs_.add(std::move(input), json::object(), true);

@@ -10,8 +10,8 @@ struct Material {
   Rgb ka{.1, .1, .1};     ///< ambient
   Rgb kd{.8, .8, .8};     ///< diffuse (Lambert)
   Rgb ks{.3, .3, .3};     ///< specular (Phong)
-  Rgb kr{0, 0, 0};        ///< mirror
   double shininess = 40;  ///< Phong's exponent, >= 0; the mirror direction only as it grows
+  Rgb kr{0, 0, 0};        ///< mirror
   double opacity = 1;     ///< how much of what lies behind is hidden
 
   bool operator==(const Material&) const = default;
