@@ -111,6 +111,8 @@ function send(settled: boolean, since: number): void {
 
 /** Asks for the picture of what the state is now: soon, and when it stays so, exactly. */
 function wish(): void {
+  const shown = frame.peek();
+  if (shown?.settled) frame.value = { ...shown, settled: false }; // it is of what was before
   clearTimeout(settling);
   settling = window.setTimeout(() => send(true, performance.now()), settle_ms);
   if (scheduled) return;
