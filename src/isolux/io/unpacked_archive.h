@@ -8,9 +8,9 @@
 
 namespace isolux {
 
-/// The files of a zip or tar archive, unpacked by libarchive inside a fence into a new private folder,
-/// which goes when this does. Of their names only the last part is kept, so that none can step out
-/// of the folder; links and devices are left out.
+/// The files of a zip or tar archive, unpacked by libarchive inside a fence into a new private
+/// folder, which goes when this does. Of their names only the last part is kept, so that none can
+/// step out of the folder; links and devices are left out.
 class UnpackedArchive {
  public:
   /// @throws WorkError  where the archive is damaged, is encrypted, unpacks to more than 64 MB and
