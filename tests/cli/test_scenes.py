@@ -353,8 +353,9 @@ class NoSilentSwitch(BlobCase):
     }
     REFUSED = {
         "transfer": {"transfer": "ct-head"}, "clip": {"clip": "at=0:0:0,normal=0:0:1"},
-        # This input has one volume and is no DICOM; test_formats.py has those that do.
-        "volume": {"volume": 1}, "series": {"series": 1},
+        # This input has one volume, is no DICOM and no mesh; test_formats.py and test_mesh.py have
+        # those that do.
+        "volume": {"volume": 1}, "series": {"series": 1}, "crease": {"crease": 30},
     }
     # Not of the scene: tested where they belong.
     OTHER = {"output", "scene", "save-scene", "again", "threads", "isa", "progress",

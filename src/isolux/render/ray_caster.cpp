@@ -1,12 +1,14 @@
 #include "isolux/render/ray_caster.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <variant>
 
+#include "isolux/base/memory.h"
 #include "isolux/base/parallel.h"
-#include "isolux/mesh/mesh_attributes.h"
 #include "isolux/render/further_points.h"
 #include "isolux/render/mesh_view.h"
 #include "isolux/render/tile_bounds.h"
@@ -136,17 +138,28 @@ class RayCaster::Eye {
 
   void trace_mesh(const SeenMesh& seen, std::int32_t number, int x0, int y0, std::uint32_t inside,
                   PacketHits& nearest) const {
-    for (std::uint32_t rest = inside; rest != 0; rest &= rest - 1) {
-      const int n = std::countr_zero(rest);
-      const int x = x0 + lane_x(n), y = y0 + lane_y(n);
-      const double t_max =
-          nearest.hit >> n & 1 ? nearest.t[n] : std::numeric_limits<double>::infinity();
-      const auto hit = seen.view.hit(x, y, t_max);
-      if (!hit) continue;
-      const MeshPoint point{hit->triangle, static_cast<float>(hit->u), static_cast<float>(hit->v)};
-      const Vec3 outward = shading_normal(*seen.mesh, point);
-      nearest.add(n, number, hit->t, point, outward, dot(outward, world_.direction.at(x, y)) > 0);
+    int x[kLanes], y[kLanes];
+    for (int n = 0; n < kLanes; ++n) {
+      x[n] = x0 + lane_x(n);
+      y[n] = y0 + lane_y(n);
     }
+    const std::uint32_t wanted = inside & seen.view.possible(x, y);
+    if (wanted == 0) return;
+    RayLanes rays;
+    set_rays(world_, x0, y0, rays.origin, rays.direction);
+    for (int n = 0; n < kLanes; ++n) {
+      rays.begin[n] = 0;
+      rays.end[n] = std::numeric_limits<float>::infinity();
+      if (nearest.hit >> n & 1) {  // as a float that is not before it
+        rays.end[n] = std::nextafter(static_cast<float>(nearest.t[n]), rays.end[n]);
+      }
+    }
+    std::uint32_t triangle[kLanes];
+    const std::uint32_t met = seen.view.triangles(rays, wanted, x, y, triangle);
+    if (met == 0) return;
+    MeshPointLanes points;
+    find_mesh_points(*seen.mesh, rays, triangle, met, points);
+    nearest.add(points, triangle, number);
   }
 
   static void set_rays(const RayFan& fan, int x0, int y0, double (&origin)[3][kLanes],
@@ -206,13 +219,18 @@ void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
                      const ProgressListener& listener) const {
   const Eye eye(surfaces_, scene_.visibility, camera);
   prepare(buffer);
+  std::atomic<std::size_t> further = 0;
   Progress progress(listener, "tracing", static_cast<std::size_t>(buffer.tiles_y()));
   parallel_for(static_cast<std::size_t>(buffer.tiles_y()), 1,
                [&](std::size_t begin, std::size_t end) {
                  const auto tiles_x = static_cast<std::size_t>(buffer.tiles_x());
                  for (std::size_t tile = begin * tiles_x; tile < end * tiles_x; ++tile) {
                    cast_tile(eye, tile, buffer);
+                   if (!buffer.further.empty()) further += buffer.further[tile].capacity();
                  }
+                 // Layers of noise may be many.
+                 check_memory(static_cast<double>(further * sizeof(FurtherPoint)),
+                              "what lies behind translucent surfaces and in mirrors");
                  progress.advance(end - begin);
                });
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "isolux/base/error.h"
 #include "isolux/mesh/extract_isosurface.h"
 #include "isolux/render/explanation.h"
 #include "isolux/render/pictures.h"
@@ -437,6 +438,28 @@ TEST(Mirror, between_two_mirrors_reflections_add_up_to_the_mirror_depth) {
     });
     EXPECT_EQ(hits, kSize * kSize);
   }
+}
+
+TEST(Mirror, translucent_mirrors_that_multiply_without_end_are_refused) {
+  // Each meeting of a ray with either square makes two of it, each with half the weight, so a pixel
+  // has a million before they count as nothing.
+  const json half = {{"kr", {1, 1, 1}}, {"opacity", 0.5}};
+  json lower = half, upper = half;
+  lower["input"] = 1;
+  upper["input"] = 2;
+  json settings = {{"surface", {lower, upper}},
+                   {"mirror-depth", 64},
+                   {"camera", {{"eye", {0, 0, 20}}, {"target", {0, 0, 0}}, {"up", {0, 1, 0}}}}};
+  const std::vector<SceneInput> inputs = {mesh(square(0, 200, false)), mesh(square(50, 200, true)),
+                                          mesh(square(-50, 200, true)),
+                                          mesh(square(90, 200, true))};
+  settings["surface"].push_back({{"input", 3}, {"kr", {1, 1, 1}}});
+  settings["surface"].push_back({{"input", 4}, {"kr", {1, 1, 1}}});
+  const Scene endless = scene_of(inputs, settings);
+  EXPECT_THROW(RayCaster(endless).cast(*endless.camera), WorkError);
+  settings["mirror-depth"] = 3;
+  const Scene bounded = scene_of(inputs, settings);
+  EXPECT_NO_THROW(RayCaster(bounded).cast(*bounded.camera));
 }
 
 TEST(Mirror, a_faultless_mirror_shows_the_lamp_where_phi_is_0_and_nowhere_else) {

@@ -10,8 +10,8 @@
 namespace isolux {
 
 /// Between which depths the rays of a tile can meet an isosurface, from the blocks of its skip
-/// grid, drawn as boxes along the axes of camera space. A tile whose `near` is infinite shows
-/// nothing of it.
+/// grid (or larger cubes, where blocks are but a few pixels), drawn as boxes along the axes of
+/// camera space. A tile whose `near` is infinite shows nothing of it.
 struct TileBounds {
   static constexpr int kPixels = SurfaceBuffer::kBlock;  ///< along a tile's edge
 

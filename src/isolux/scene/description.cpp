@@ -188,6 +188,7 @@ SceneDescription describe(const json& document, const std::string& what) {
   if (complete.contains("type")) scene.grid.type = complete["type"].get<std::string>();
   scene.grid.volume = optional_whole(complete, "volume");
   if (complete.contains("series")) scene.grid.series = complete["series"].get<std::string>();
+  scene.grid.crease_deg = optional_number(complete, "crease");
   scene.width = complete["size"][0].get<int>();
   scene.height = complete["size"][1].get<int>();
   for_each_item(document, complete, "surface", [&](const json&, const json& item, const auto&) {

@@ -210,6 +210,13 @@ std::vector<Option> make_scene_options() {
        .type = kText,
        .sentence = "which series of a DICOM folder: its number in the list that `isolux info` "
                    "prints, or its UID (default: the largest)"},
+      {.name = "crease",
+       .type = kNumber,
+       .sentence = "give a mesh without normals smooth ones, but not across edges sharper than "
+                   "this (default: its triangles are flat)",
+       .unit = "degrees",
+       .low = 0,
+       .high = 180},
       choice("shadows", "whether surfaces cast shadows", {"on", "off"}, "off"),
       choice("visibility",
              "how the surface in a pixel is found; raster draws an isosurface as the mesh that "
