@@ -46,8 +46,11 @@ class DicomWriter {
   void write(const std::filesystem::path& path,
              const std::string& transfer_syntax = "1.2.840.10008.1.2.1") const {
     DicomWriter meta;
-    meta.text(2, 0x10, "UI", transfer_syntax);
-    const std::string bytes = std::string(128, '\0') + "DICM" + meta.bytes_ + bytes_;
+    meta.text(2, 0x10, "UI", transfer_syntax).raw(bytes_).write_bare(path);
+  }
+  /// Without a transfer syntax but what is in the elements.
+  void write_bare(const std::filesystem::path& path) const {
+    const std::string bytes = std::string(128, '\0') + "DICM" + bytes_;
     std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<long>(bytes.size()));
   }
 

@@ -19,6 +19,8 @@ SHARED = Path(os.environ.get("SHARED", ROOT.parent / "shared")).resolve()
 SECONDS = 30  # a bound against hanging; nothing here takes more than a few
 WORK, USAGE = 1, 2  # exit statuses
 
+without_sanitizers = unittest.skipIf("ASAN_OPTIONS" in os.environ,
+                                     "sanitizers take memory and file handles of their own")
 needs_shared = unittest.skipUnless((SHARED / "data").is_dir(), f"{SHARED}/data is not here")
 
 

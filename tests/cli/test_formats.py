@@ -5,15 +5,15 @@ import gzip
 import json
 import os
 import resource
+import struct
 import unittest
 import zipfile
 
-from isolux import SHARED, USAGE, WORK, TestCase, needs_shared
+from isolux import SHARED, USAGE, WORK, TestCase, needs_shared, without_sanitizers
 from pictures import blob, grid, write_nrrd
 
 DATA = SHARED / "data"
 SMALL = {"size": "96x96", "light": "point,at=-300:-400:300"}
-# A front view without perspective: turning a volume upside down turns its picture upside down.
 FLAT = {**SMALL, "camera": "view=front,projection=orthographic", "light": "directional,to=0:-1:0"}
 
 
@@ -40,11 +40,10 @@ class Pairs(TestCase):
                          self.png(DATA / "nrrd" / "FLAIR.nrrd", **SMALL, surface="iso=60"), 0.003)
 
     @needs_shared
-    def test_a_dicom_folder_is_the_same_scan_as_its_slices_in_reverse(self):
-        # The files of headsq run from the top of the head down, and its header does not say so.
+    def test_a_dicom_folder_is_the_same_scan_as_its_slices_in_a_left_handed_space(self):
+        # The files of headsq run from the top of the head down: its left-handed axes are L, P, I.
         dicom = self.png(DATA / "dicom" / "ct_head_slicer", **FLAT, surface="iso=600")
         headsq = self.png(DATA / "headsq" / "quarter.nhdr", **FLAT, surface="iso=600")
-        headsq.rows.reverse()
         self.assert_same(dicom, headsq)
 
     def test_what_convert_writes_is_the_same_picture(self):
@@ -156,6 +155,36 @@ class Limits(TestCase):
             archive.writestr("scan/a.raw", "12345678")
         self.assertEqual(self.info("a.zip")["dims"], [2, 2, 2])
 
+    def test_a_folder_or_a_zip_of_one_volume_is_opened_and_of_several_is_refused(self):
+        scan = self.folder / "scan"
+        scan.mkdir()
+        self.refused("info", scan, status=WORK, about="holds nothing that this version reads")
+        (scan / "notes.txt").write_text("of no format")
+        header = bytearray(348)  # a pair: either of its files leads to the same volume
+        struct.pack_into("<i", header, 0, 348)
+        struct.pack_into("<8h", header, 40, 3, 2, 3, 4, 1, 1, 1, 1)
+        struct.pack_into("<hh4f", header, 70, 2, 8, 1, 1, 1, 1)
+        header[344:348] = b"ni1\0"
+        (scan / "a.hdr").write_bytes(header)
+        (scan / "a.img").write_bytes(bytes(range(24)))
+        with zipfile.ZipFile(self.folder / "a.zip", "w") as archive:
+            for file in scan.iterdir():
+                archive.write(file, file.name)
+        for name in (scan, "a.zip"):
+            self.assertEqual(self.info(name)["dims"], [2, 3, 4])
+        with zipfile.ZipFile(self.folder / "a.zip", "a") as archive:
+            for name, place in (("b.hdr", "a.hdr"), ("b.img", "a.img")):
+                (scan / name).write_bytes((scan / place).read_bytes())
+                archive.write(scan / name, name)
+        for name in (scan, "a.zip"):
+            message = self.refused("info", name, status=WORK, about="holds several volumes")
+            self.assertTrue(message.startswith(f"isolux: error: {name}: holds"), message)
+
+    def test_a_pipe_is_refused_and_not_waited_for(self):
+        os.mkfifo(self.folder / "pipe")
+        for words in (["pipe"], ["pipe", "--dims", "2x2x2", "--type", "u8"]):
+            self.refused("info", *words, status=WORK, about="is a pipe")
+
     def test_closed_standard_streams_change_nothing(self):
         def close_all():
             for number in (0, 1, 2):
@@ -167,6 +196,8 @@ class Limits(TestCase):
     def test_a_headerless_file_gets_a_guess(self):
         (self.folder / "scan").write_bytes(bytes(64 * 64 * 20 * 2))
         self.refused("info", "scan", status=WORK, about="163840 bytes could be 64x64x20 i16")
+        (self.folder / "scan").write_bytes(bytes(41 ** 3))
+        self.refused("info", "scan", status=WORK, about="68921 bytes could be 41x41x41 u8")
 
     def test_more_memory_than_allowed_is_refused(self):
         self.refused("info", "phantom:head,size=64", "--max-memory", "500k", status=WORK,
@@ -175,6 +206,7 @@ class Limits(TestCase):
         self.refused("info", "phantom:sphere", "--max-memory", "lots", status=USAGE,
                      about="--max-memory")
 
+    @without_sanitizers
     def test_memory_is_only_taken_for_voxels_that_are_there(self):
         # Deflate could make 9 GB of 9 MB, but here it makes 9 MB of 9 kB.
         (self.folder / "a.nrrd").write_bytes(

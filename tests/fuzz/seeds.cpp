@@ -172,9 +172,13 @@ std::vector<std::string> seeds_of(const std::string& format) {
   Volume oblique = sphere_phantom(5);
   oblique.world_from_index = {{{{0.6, 0.8, 0}, {-0.8, 0.6, 0}, {0, 0.1, 3}}}, {1, 2, 3}};
   if (format == "nrrd") {
-    return {written(volume, ".nrrd"), written(oblique, ".nrrd"),
-            "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 2 3\nencoding: raw\n\n"
-            "abcdefgh"};
+    return {
+        written(volume, ".nrrd"), written(oblique, ".nrrd"),
+        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 2 3\nencoding: raw\n\n"
+        "abcdefgh",
+        "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 3 2 2 2\nkinds: RGB-color space space space\n"
+        "encoding: hex\n\n" +
+            std::string(48, '7')};
   }
   if (format == "nifti") {
     return {written(volume, ".nii"), written(oblique, ".nii.gz"), written(oblique, ".nii")};
@@ -182,7 +186,12 @@ std::vector<std::string> seeds_of(const std::string& format) {
   if (format == "metaimage") {
     return {
         written(volume, ".mha"), written(oblique, ".mha"),
-        "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = LOCAL\nabcdefgh"};
+        "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = LOCAL\nabcdefgh",
+        // 2^64 voxels, which 64 bits take for none
+        "NDims = 3\nDimSize = 4194304 2097152 2097152\nElementType = MET_UCHAR\n"
+        "ElementDataFile = LOCAL\nabcdefgh",
+        "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementNumberOfChannels = 3\n"
+        "ElementDataFile = LOCAL\nabcdefghabcdefghabcdefgh"};
   }
   if (format == "tiff") return {tiff("wl", false), tiff("wb", true), tiff("w8", false)};
   if (format == "inv3") return {inv3()};

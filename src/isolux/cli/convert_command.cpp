@@ -82,9 +82,6 @@ int run_convert(const Command& command, const Arguments& arguments) {
   }
   const Volume& written = changed ? *changed : *input.volume;
   write_volume(output, written);
-  if (rounds_placement(output, written)) {
-    warn(output + ": NIfTI-1 keeps the placement as 32-bit floats, so it is rounded");
-  }
   return 0;
 }
 

@@ -16,10 +16,10 @@ constexpr const char* kForms =
 constexpr const char* kInputs =
     "An INPUT is a DICOM folder or file, NIfTI (.nii, .nii.gz, .hdr/.img), NRRD or NHDR,\n"
     "MetaImage (.mha, .mhd), a VTK image (.vti), an InVesalius project (.inv3), a TIFF of several\n"
-    "pages or a folder of TIFFs, a zip of one of these, headerless raw with --dims and --type, a\n"
-    "built-in volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each also with\n"
-    ",size=N; or a mesh: OBJ, PLY, STL, glTF. The format is found by content. Without INPUT: a\n"
-    "real CT head.\n";
+    "pages or a folder of TIFFs, a folder or zip with one of these, headerless raw with --dims\n"
+    "and --type, a built-in volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each\n"
+    "also with ,size=N; or a mesh: OBJ, PLY, STL, glTF. The format is found by content. Without\n"
+    "INPUT: a real CT head.\n";
 
 std::string sentence_of(const Option& option) {
   std::string text = option.sentence;

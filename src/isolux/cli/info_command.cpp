@@ -128,7 +128,7 @@ int run_info(const Command&, const Arguments& arguments) {
                        : tell_header(opened, arguments.has("json"));
     return 0;
   }
-  const ReadResult input = read_inputs(description, listener).front();
+  ReadResult input = read_inputs(description, listener).front();
   if (input.mesh) {
     print_mesh_info(input, arguments.has("json"));
     return 0;
@@ -139,6 +139,11 @@ int run_info(const Command&, const Arguments& arguments) {
                     static_cast<double>(held_bytes(volume))};
   const ValueStatistics values = value_statistics(volume);
   const std::vector<SuggestedIso> suggested = suggest_iso(volume, values);
+  if (!suggested.empty() && suggested[0].name == "labels") {
+    input.notes.push_back(
+        "its values are labels, or look like it: iso=0.5 bounds all of them; between two labels "
+        "there is no surface to measure");
+  }
   if (arguments.has("json")) {
     print_json(input_report(input, values, suggested));
   } else {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <future>
 #include <set>
@@ -10,6 +11,7 @@
 #include "isolux/cli/loaded_scene.h"
 #include "isolux/cli/terminal.h"
 #include "isolux/io/provenance.h"
+#include "isolux/render/path_tracer.h"
 #include "isolux/render/pictures.h"
 #include "isolux/render/ray_caster.h"
 #include "isolux/scene/document.h"
@@ -60,6 +62,16 @@ std::vector<InputChecksums> all_checksums(const std::vector<ReadResult>& inputs,
   return checksums;
 }
 
+Indirect indirect_light(const Scene& scene, const RayCaster& caster, const SurfaceBuffer& buffer,
+                        const Arguments& arguments) {
+  if (scene.indirect == IndirectMethod::kOff) return {};
+  PathTracer tracer(scene, caster.surfaces());
+  tracer.run(buffer, progress_bar(arguments));
+  tell("indirect light: " + std::to_string(tracer.samples()) + " samples a pixel, error " +
+       to_text(std::round(1e4 * tracer.relative_error()) / 100) + " % or less");
+  return tracer.indirect(buffer);
+}
+
 // Draws and writes. `expected`: the checksums that the inputs must have, where a picture is made
 // again.
 void render_to(const LoadedScene& loaded, const std::string& output, const Arguments& arguments,
@@ -72,6 +84,7 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
   warn_about_unseen(loaded, buffer);
   Shadows shadows;
   cast_shadows(scene, caster.surfaces(), buffer, shadows, progress_bar(arguments));
+  const Indirect indirect = indirect_light(scene, caster, buffer, arguments);
 
   const std::vector<InputChecksums> found = checksums.get();
   for (std::size_t n = 0; expected && n < found.size(); ++n) {
@@ -85,7 +98,8 @@ void render_to(const LoadedScene& loaded, const std::string& output, const Argum
                     "give the original, or render without --again");
   }
   const Metadata metadata = provenance(ISOLUX_VERSION, with_defaults(loaded.document), found);
-  write_whole_file(output, encode_picture(scene, buffer, shadows, metadata, wants_exr(output)));
+  write_whole_file(output,
+                   encode_picture(scene, buffer, shadows, indirect, metadata, wants_exr(output)));
 }
 
 int render_again(const Arguments& arguments, const std::string& output) {

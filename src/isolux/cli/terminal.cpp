@@ -19,6 +19,8 @@ ProgressListener progress_bar(const Arguments& arguments) {
   };
 }
 
+void tell(const std::string& text) { std::cerr << "isolux: " << text << "\n"; }
+
 void warn(const std::string& text) { std::cerr << "isolux: warning: " << text << "\n"; }
 
 void tell_notes(const ReadResult& input) {

@@ -11,6 +11,9 @@ namespace isolux {
 /// A progress bar on standard error, where that is a terminal or --progress is given; else nobody.
 ProgressListener progress_bar(const Arguments& arguments);
 
+/// "isolux: ..." on standard error.
+void tell(const std::string& text);
+
 /// "isolux: warning: ..." on standard error.
 void warn(const std::string& text);
 

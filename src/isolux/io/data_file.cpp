@@ -15,6 +15,14 @@ namespace {
 
 bool headers_are_trusted = false;
 
+// Whether links lead from `place`, which is named below the folder, to somewhere else.
+bool leads_out_of(const fs::path& folder, const fs::path& place) {
+  std::error_code error;
+  const fs::path root = fs::weakly_canonical(folder.empty() ? "." : folder, error);
+  const fs::path steps = fs::weakly_canonical(place, error).lexically_relative(root);
+  return error || steps.empty() || *steps.begin() == "..";
+}
+
 }  // namespace
 
 void trust_headers() { headers_are_trusted = true; }
@@ -26,10 +34,17 @@ std::string data_file_beside(const std::string& header_path, const std::string& 
     throw WorkError(header_path, "names the data file '" + named + "'",
                     "a header may only name files beside or below itself, unless --trust is given");
   }
-  const fs::path place = fs::path(header_path).parent_path() / name;
-  if (std::error_code error; !fs::exists(place, error)) {
+  const fs::path folder = fs::path(header_path).parent_path(), place = folder / name;
+  std::error_code error;
+  if (!fs::exists(place, error)) {
     throw WorkError(header_path, "its data file " + place.string() + " is not there",
                     "a header needs its data files beside or below it");
+  }
+  if (!headers_are_trusted && leads_out_of(folder, place)) {
+    throw WorkError(header_path,
+                    "its data file " + place.string() + " is a link to " +
+                        fs::weakly_canonical(place, error).string(),
+                    "a header may only name files beside or below itself, unless --trust is given");
   }
   return place.string();
 }

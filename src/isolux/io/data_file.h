@@ -11,7 +11,7 @@ void trust_headers();
 /// Where a data file lies that a header names: beside the header or in a folder below it. A header
 /// may come from anywhere; it is not to make isolux read (or tell the size of) other files.
 /// @throws WorkError  where `named` is empty or, unless trust_headers() was called, is absolute or
-/// steps up (".."), or where there is no such file.
+/// leads elsewhere, by steps up ("..") or by links, or where there is no such file.
 std::string data_file_beside(const std::string& header_path, const std::string& named);
 
 /// "slice%03d.raw" for the numbers first, first + step, ... last. Nothing but %d, %Nd and %0Nd is

@@ -42,6 +42,8 @@ struct DicomFile {
   int swapped_bytes = 1;           ///< groups to reverse in uncompressed pixels; 1: none
 
   bool is_plain() const { return pixel_offset >= 0; }
+  /// Whether it is an image at all, if a damaged one.
+  bool has_image() const { return columns != 0 || rows != 0; }
   const DicomFrame& frame(std::size_t n) const { return frames.size() > 1 ? frames[n] : frames[0]; }
   double voxel_count() const { return 1.0 * columns * rows * static_cast<double>(frame_count); }
 };

@@ -83,7 +83,7 @@ double DicomSeries::voxel_count() const {
 std::vector<DicomSeries> series_among(std::vector<DicomFile> files) {
   std::map<std::pair<int, std::string>, DicomSeries> by_number;
   for (DicomFile& file : files) {
-    if (file.columns == 0 && file.rows == 0) continue;
+    if (!file.has_image()) continue;
     by_number[{file.series_number, file.series_uid}].files.push_back(std::move(file));
   }
   std::vector<DicomSeries> all;

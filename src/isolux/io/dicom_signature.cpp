@@ -43,10 +43,19 @@ bool is_data_set(std::string_view bytes, std::size_t at) {
 
 }  // namespace
 
+bool is_dicom_directory(std::string_view first_bytes) {
+  // MediaStorageSOPClassUID, Media Storage Directory Storage
+  constexpr std::string_view kMark(
+      "\2\0\2\0UI\24\0"
+      "1.2.840.10008.1.3.10",
+      28);
+  return first_bytes.size() >= 132 && first_bytes.substr(128, 4) == "DICM" &&
+         first_bytes.find(kMark) != std::string_view::npos;
+}
+
 std::optional<std::size_t> dicom_start(std::string_view first_bytes) {
-  constexpr std::string_view kDirectory("1.2.840.10008.1.3.10\0", 21);
   if (first_bytes.size() >= 132 && first_bytes.substr(128, 4) == "DICM") {
-    if (first_bytes.find(kDirectory) != std::string_view::npos) return std::nullopt;
+    if (is_dicom_directory(first_bytes)) return std::nullopt;
     return 0;
   }
   // A stray byte before the data set is seen too (pydicom's no_meta.dcm).

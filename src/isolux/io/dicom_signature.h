@@ -11,4 +11,7 @@ namespace isolux {
 /// DICOM, or only an index of other files (DICOMDIR).
 std::optional<std::size_t> dicom_start(std::string_view first_bytes);
 
+/// Whether it is such an index.
+bool is_dicom_directory(std::string_view first_bytes);
+
 }  // namespace isolux

@@ -124,15 +124,19 @@ void refuse_other_kinds(const Fields& fields) {
     throw WorkError(fields.path, "holds the MetaIO object '" + object + "'",
                     "isolux reads those of ObjectType Image");
   }
-  const double channels = fields.number("ElementNumberOfChannels", 1);
-  if (channels != 1) {
-    throw WorkError(fields.path, "has " + to_text(channels) + " values a voxel",
-                    "isolux draws surfaces of one value; extract a channel first");
-  }
   if (fields.find({"BinaryData"}) && !fields.is_true({"BinaryData"})) {
     throw WorkError(fields.path, "has its voxels as text (BinaryData = False)",
                     "write it again with binary data");
   }
+}
+
+void set_channels(MetaImageHeader& header, const Fields& fields) {
+  const double channels = fields.number("ElementNumberOfChannels", 1);
+  constexpr double kMost = 1 << 20;
+  if (!(channels >= 1 && channels <= kMost) || channels != static_cast<int>(channels)) {
+    throw damaged(fields.path, "ElementNumberOfChannels is " + to_text(channels));
+  }
+  header.channels = static_cast<int>(channels);
 }
 
 void set_dims(MetaImageHeader& header, const Fields& fields) {
@@ -144,6 +148,7 @@ void set_dims(MetaImageHeader& header, const Fields& fields) {
   header.axes = static_cast<std::size_t>(axes);
   header.dims = {1, 1, 1, 1};
   const std::vector<double> sizes = fields.numbers({"DimSize"}, header.axes, 0);
+  double numbers = header.channels;
   for (std::size_t axis = 0; axis < header.axes; ++axis) {
     constexpr double kLongest = 1 << 30;
     if (!(sizes[axis] >= 1 && sizes[axis] <= kLongest) ||
@@ -151,7 +156,11 @@ void set_dims(MetaImageHeader& header, const Fields& fields) {
       throw damaged(fields.path, "DimSize holds " + to_text(sizes[axis]));
     }
     header.dims[axis] = static_cast<int>(sizes[axis]);
+    numbers *= sizes[axis];
   }
+  constexpr double kMostNumbers = 1e18;  // so that no product of dims and bytes overflows
+  if (numbers > kMostNumbers)
+    throw damaged(fields.path, "it promises " + to_text(numbers) + " numbers");
 }
 
 // The names that MetaIO has for one thing stand in the order in which it reads them, so that the
@@ -260,6 +269,7 @@ MetaImageHeader read_metaimage_header(const std::string& path, std::vector<std::
   const Fields fields = read_fields(path);
   refuse_other_kinds(fields);
   MetaImageHeader header;
+  set_channels(header, fields);
   set_dims(header, fields);
   header.type = stored_type(fields);
   set_place(header, fields, notes);

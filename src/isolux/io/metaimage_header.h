@@ -16,6 +16,7 @@ struct MetaImageHeader {
   std::size_t axes = 0;       ///< NDims, 1 to 4
   std::array<int, 4> dims{};  ///< 1 beyond the file's own axes
   StoredType type = StoredType::kU8;
+  int channels = 1;  ///< numbers a voxel, one behind the other
   bool big_endian = false;
   bool deflated = false;
   Rescale rescale;

@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <optional>
+#include <sstream>
 
 #include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
@@ -30,6 +32,7 @@ Number number_at(std::string_view bytes, std::size_t offset, bool swapped) {
   return number;
 }
 
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kHeader1 = sizeof(nifti_1_header), kHeader2 = sizeof(nifti_2_header);
 static_assert(kHeader1 == kShortestNiftiHeader && kHeader2 == kLongestNiftiHeader);
 
@@ -64,6 +67,8 @@ bool looks_like_analyze(std::string_view bytes) {
 StoredType stored_type(const std::string& path, int datatype) {
   switch (datatype) {
     case NIFTI_TYPE_UINT8:
+    case NIFTI_TYPE_RGB24:
+    case NIFTI_TYPE_RGBA32:
       return StoredType::kU8;
     case NIFTI_TYPE_INT8:
       return StoredType::kI8;
@@ -83,10 +88,6 @@ StoredType stored_type(const std::string& path, int datatype) {
       return StoredType::kF32;
     case NIFTI_TYPE_FLOAT64:
       return StoredType::kF64;
-    case NIFTI_TYPE_RGB24:
-    case NIFTI_TYPE_RGBA32:
-      throw WorkError(path, "has colours for voxels (RGB)",
-                      "isolux draws surfaces of one value; extract a channel first");
     case NIFTI_TYPE_COMPLEX64:
     case NIFTI_TYPE_COMPLEX128:
     case NIFTI_TYPE_COMPLEX256:
@@ -188,6 +189,30 @@ void set_forms(NiftiHeader& header, const Raw& raw) {
   }
 }
 
+// Puts the full numbers in place of the floats that they round to, where the first extension of the
+// header has them.
+void take_full_sform(NiftiHeader& header, std::string_view bytes) {
+  constexpr std::size_t kFlag = kHeader1, kSize = kHeader1 + 4, kCode = kSize + 4,
+                        kText = kCode + 4;
+  if (bytes.size() < kText || bytes[kFlag] == 0) return;
+  if (number_at<std::int32_t>(bytes, kCode, header.swapped) != NIFTI_ECODE_COMMENT) return;
+  const std::string_view text = bytes.substr(kText);
+  if (!text.starts_with(kFullSform)) return;
+  std::istringstream numbers{std::string(text.substr(kFullSform.size(), text.find('\0')))};
+  Affine full;
+  for (int n = 0; n < 12; ++n) {
+    std::string word;
+    numbers >> word;
+    const int row = n / 4, column = n % 4;
+    const double found =
+        column < 3 ? header.sform.linear.at(row, column) : header.sform.offset[row];
+    const double number = parse_number(word).value_or(kNotANumber);
+    if (static_cast<double>(static_cast<float>(number)) != found) return;
+    (column < 3 ? full.linear.column[column] : full.offset)[row] = number;
+  }
+  header.sform = full;
+}
+
 template <typename Raw>
 NiftiHeader header_from(const std::string& path, const Raw& raw, bool swapped,
                         const std::string& version, std::vector<std::string>& notes) {
@@ -198,11 +223,15 @@ NiftiHeader header_from(const std::string& path, const Raw& raw, bool swapped,
   header.is_pair = !is_nifti || raw.magic[1] == 'i';
   set_dims(header, path, raw);
   header.type = stored_type(path, raw.datatype);
+  header.channels = raw.datatype == NIFTI_TYPE_RGB24    ? 3
+                    : raw.datatype == NIFTI_TYPE_RGBA32 ? 4
+                                                        : 1;
   set_voxel_offset(header, path, static_cast<double>(raw.vox_offset), sizeof raw, notes);
   set_forms(header, raw);
   if (is_nifti) {
     set_rescale(header, path, raw.scl_slope, raw.scl_inter, notes);
     set_unit(header, raw.xyzt_units, notes);
+    header.is_labels = raw.intent_code == NIFTI_INTENT_LABEL;
   } else {
     // Other fields, or nothing, stand where NIfTI has these.
     header.qform_code = header.sform_code = 0;
@@ -240,7 +269,9 @@ NiftiHeader parse_nifti_header(const std::string& path, std::string_view first_b
   std::memcpy(&raw, first_bytes.data(), sizeof raw);
   if (*swapped) nifti_swap_as_nifti1(&raw);
   const std::string version = has_magic_1(first_bytes) ? "NIfTI-1" : "Analyze 7.5";
-  return header_from(path, raw, *swapped, version, notes);
+  NiftiHeader header = header_from(path, raw, *swapped, version, notes);
+  if (!header.is_pair) take_full_sform(header, first_bytes);
+  return header;
 }
 
 }  // namespace isolux

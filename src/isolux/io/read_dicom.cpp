@@ -218,6 +218,7 @@ OpenedInput open_files(const ReadRequest& request, const std::vector<std::string
       .volume = nullptr, .name = request.name, .format = "DICOM", .files = {}, .notes = {}};
   std::vector<DicomFile> files = describe_dicom_files(paths, request.listener);
   std::vector<const DicomFile*> unread;
+  std::size_t without_image = 0;
   std::string named_uid;
   for (const DicomFile& file : files) {
     if (file.path == named) {
@@ -225,10 +226,15 @@ OpenedInput open_files(const ReadRequest& request, const std::vector<std::string
       named_uid = file.series_uid;
     }
     if (!file.fault.empty() && file.series_uid.empty()) unread.push_back(&file);
+    without_image += !file.series_uid.empty() && !file.has_image();
   }
   if (!unread.empty()) {
     result.notes.push_back("damaged DICOM files, left out: " + std::to_string(unread.size()) +
                            ", the first is " + unread[0]->path + ", which " + unread[0]->fault);
+  }
+  if (without_image > 0) {
+    result.notes.push_back("DICOM files without an image (reports, plans, ...), left out: " +
+                           std::to_string(without_image));
   }
   const std::vector<DicomSeries> series = series_among(files);
   if (series.empty()) refuse(request.name, files);

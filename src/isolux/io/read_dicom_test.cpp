@@ -345,6 +345,21 @@ TEST_F(ReadDicom, frames_of_an_enhanced_file_are_placed_and_rescaled_each) {
   EXPECT_EQ(result.volume->world_from_index, (Affine{diagonal({0.5, 0.75, 2}), {1, 2, 4}}));
 }
 
+TEST_F(ReadDicom, an_index_opens_its_folder_and_files_without_an_image_are_told) {
+  TestSlice().write(folder_ / "a");
+  TestSlice{.position = "0\\0\\1"}.write(folder_ / "b");
+  DicomWriter().text(0x08, 0x60, "CS", "SR").text(0x20, 0x0e, "UI", "1.3").write(folder_ / "c");
+  // A DICOMDIR is known by the class in its header, of 20 characters.
+  DicomWriter().text(2, 2, "UI", "1.2.840.10008.1.3.10").write_bare(folder_ / "DICOMDIR");
+  for (const fs::path& name : {folder_, folder_ / "DICOMDIR"}) {
+    const ReadResult result = read(name.string());
+    EXPECT_EQ(result.volume->dims, (std::array<int, 3>{2, 3, 2}));
+    EXPECT_TRUE(says(result, "without an image (reports, plans, ...), left out: 1"));
+    EXPECT_FALSE(says(result, "damaged"));
+    EXPECT_EQ(says(result, "DICOMDIR"), name != folder_);
+  }
+}
+
 TEST_F(ReadDicom, a_damaged_slice_of_the_series_is_named) {
   TestSlice().write(folder_ / "a");
   TestSlice{.position = "0\\0\\1", .values = {1, 2}}.write(folder_ / "b");

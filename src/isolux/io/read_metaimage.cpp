@@ -2,7 +2,7 @@
 #include <bit>
 
 #include "isolux/base/error.h"
-#include "isolux/io/chosen_volume.h"
+#include "isolux/io/channels.h"
 #include "isolux/io/format.h"
 #include "isolux/io/metaimage_header.h"
 #include "isolux/io/placement_fault.h"
@@ -73,15 +73,18 @@ OpenedInput open(const ReadRequest& request) {
   result.format = "MetaImage";
   result.files = {request.name};
   const MetaImageHeader header = read_metaimage_header(request.name, result.notes);
-  result.volume_count = header.dims[3];
   std::copy_n(header.dims.begin(), 3, opened.volume.dims.begin());
   opened.volume.world_from_index = placement(request.name, header);
   opened.volume.modality = header.modality;
 
   const auto dim = [&](std::size_t axis) { return static_cast<std::uint64_t>(header.dims[axis]); };
-  const std::uint64_t bytes = dim(0) * dim(1) * dim(2) * bytes_of(header.type);
+  const std::uint64_t bytes = dim(0) * dim(1) * dim(2) * bytes_of(header.type) *
+                              static_cast<std::uint64_t>(header.channels);
   const std::uint64_t share = bytes * dim(3) / header.data_files.size();
-  const std::uint64_t begin = chosen_volume(request, result) * bytes;
+  // MetaIO does not say whether three numbers of 8 bits are a colour; ITK writes colours so.
+  const auto [channels, volume] =
+      choose_channel(request, header.type, header.channels, header.channels > 1, dim(3), result);
+  const std::uint64_t begin = volume * bytes;
   const std::vector<Stretch> list = stretches(header, share, begin, begin + bytes);
   check_promises(list);
   for (const Stretch& stretch : list) {
@@ -89,7 +92,7 @@ OpenedInput open(const ReadRequest& request) {
   }
   constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
   plan_voxels(opened, request, header.type, header.big_endian != kThisMachineIsBig, header.rescale,
-              list);
+              list, channels);
   return opened;
 }
 

@@ -237,8 +237,11 @@ TEST_F(ReadMetaImage, headers_that_make_no_sense_are_refused) {
   const std::string bytes = "ElementType = MET_UCHAR\n";
   EXPECT_SAYS(error_of_header("NDims = 3\nDimSize = 2 3 4\n" + local), "ElementType ''");
   EXPECT_SAYS(error_of_header(kBegin + "ElementType = MET_STRING\n" + local), "MET_STRING");
-  EXPECT_SAYS(error_of_header(kBegin + bytes + "ElementNumberOfChannels = 3\n" + local),
-              "3 values a voxel");
+  for (const std::string channels : {"0", "-1", "1.5", "1e99"}) {
+    EXPECT_SAYS(
+        error_of_header(kBegin + bytes + "ElementNumberOfChannels = " + channels + "\n" + local),
+        "ElementNumberOfChannels");
+  }
   EXPECT_SAYS(error_of_header(kBegin + bytes + "BinaryData = False\n" + local), "BinaryData");
   EXPECT_SAYS(error_of_header("ObjectType = Scene\nNDims = 3\n" + local), "'Scene'");
   EXPECT_SAYS(error_of_header(kBegin + bytes), "");
@@ -250,8 +253,12 @@ TEST_F(ReadMetaImage, headers_that_make_no_sense_are_refused) {
        {"2 3", "2 3 4 1", "2 3 0", "2 3 -4", "2 3 x", "2 3 4.5", "2 3 1e12", ""}) {
     EXPECT_SAYS(error_of_header("NDims = 3\nDimSize = " + sizes + "\n" + bytes + local), "DimSize");
   }
-  EXPECT_SAYS(error_of_header("NDims = 3\nDimSize = 100000 100000 100000\n" + bytes + local),
-              "promises");
+  // 2^90 and 2^64 voxels: 0 in 64 bits.
+  for (const std::string sizes :
+       {"100000 100000 100000", "1073741824 1073741824 1073741824", "4194304 2097152 2097152"}) {
+    EXPECT_SAYS(error_of_header("NDims = 3\nDimSize = " + sizes + "\n" + bytes + local),
+                "promises");
+  }
   for (const std::string spacing : {"0 1 1", "-1 1 1"}) {
     EXPECT_SAYS(error_of_header(kBegin + bytes + "ElementSpacing = " + spacing + "\n" + local),
                 "spacing");
@@ -299,6 +306,10 @@ TEST_F(ReadMetaImage, a_header_names_only_files_beside_or_below_itself) {
   EXPECT_SAYS(error_of(write("in/a.nhdr", nrrd + "../outside.raw\n")), "beside or below itself");
   EXPECT_SAYS(error_of(write("in/a.nhdr", nrrd + outside + "\n")), "beside or below itself");
   expect_counting(read_input({write("in/a.nhdr", nrrd + "s/x.raw\n"), {}}));
+  fs::create_symlink(outside, folder_ / "in" / "away.raw");
+  fs::create_symlink("s/x.raw", folder_ / "in" / "below.raw");
+  EXPECT_SAYS(error_of(write("in/a.nhdr", nrrd + "away.raw\n")), "is a link to");
+  expect_counting(read_input({write("in/a.nhdr", nrrd + "below.raw\n"), {}}));
 }
 
 TEST(DataFile, numbers_take_the_width_that_the_pattern_gives) {

@@ -1,12 +1,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <optional>
 
 #include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
-#include "isolux/io/chosen_volume.h"
+#include "isolux/io/channels.h"
 #include "isolux/io/format.h"
 #include "isolux/io/nifti_header.h"
 #include "isolux/io/placement_fault.h"
@@ -158,13 +157,14 @@ Affine placement(const std::string& path, const NiftiHeader& header,
   return affine;
 }
 
-// Where the voxels of the chosen volume lie, all of them being there.
-Stretch chosen_stretch(const ReadRequest& request, const StoredBytes& file,
-                       const NiftiHeader& header, ReadResult& result) {
+// Where the voxels of a volume lie, all of them being there.
+Stretch stretch_of(std::uint64_t volume, const StoredBytes& file, const NiftiHeader& header,
+                   ReadResult& result) {
   const std::size_t count =
       static_cast<std::size_t>(header.dims[0] * header.dims[1] * header.dims[2]);
-  const std::size_t bytes = count * bytes_of(header.type);
-  const std::uint64_t skip = header.voxel_offset + chosen_volume(request, result) * bytes;
+  const std::size_t bytes =
+      count * bytes_of(header.type) * static_cast<std::size_t>(header.channels);
+  const std::uint64_t skip = header.voxel_offset + volume * bytes;
 
   const double size = stored_size(file);
   const double available = file.deflated ? size : size - static_cast<double>(skip);
@@ -183,23 +183,23 @@ OpenedInput open(const ReadRequest& request) {
   ReadResult& result = opened.result;
   const StoredBytes header_file = stored(header_path_of(request.name));
   const NiftiHeader header = parse_nifti_header(
-      header_file.path, first_bytes(header_file, kLongestNiftiHeader), result.notes);
+      header_file.path, first_bytes(header_file, kNiftiHeaderAndComment), result.notes);
   const StoredBytes file = voxel_file(header_file, header);
   result.format = header.version;
   result.files = {header_file.path};
   if (header.is_pair) result.files.push_back(file.path);
-  if (header.volume_count() > std::numeric_limits<int>::max()) {
-    throw WorkError(request.name, "promises " + std::to_string(header.volume_count()) + " volumes",
-                    "is its header damaged?");
-  }
-  result.volume_count = static_cast<int>(header.volume_count());
 
   for (std::size_t axis = 0; axis < 3; ++axis) {
     opened.volume.dims[axis] = static_cast<int>(header.dims[axis]);
   }
   opened.volume.world_from_index = placement(header_file.path, header, result.notes);
+  if (header.is_labels) opened.volume.modality = kSegmentation;
+  const bool is_colour = header.channels > 1;
+  const auto [channels, volume] =
+      choose_channel(request, header.type, header.channels, is_colour,
+                     static_cast<std::uint64_t>(header.volume_count()), result);
   plan_voxels(opened, request, header.type, header.swapped, header.rescale,
-              {chosen_stretch(request, file, header, result)});
+              {stretch_of(volume, file, header, result)}, channels);
   return opened;
 }
 

@@ -220,9 +220,9 @@ TEST_F(ReadNifti, every_datatype_of_one_real_number_is_read) {
   read_as(DT_FLOAT64, double{});
 }
 
-TEST_F(ReadNifti, colours_complex_numbers_and_unknown_types_are_refused) {
-  for (const int datatype : {DT_RGB24, DT_RGBA32, DT_COMPLEX64, DT_COMPLEX128, DT_COMPLEX256,
-                             DT_BINARY, DT_FLOAT128, 0, 7}) {
+TEST_F(ReadNifti, complex_numbers_and_unknown_types_are_refused) {
+  for (const int datatype :
+       {DT_COMPLEX64, DT_COMPLEX128, DT_COMPLEX256, DT_BINARY, DT_FLOAT128, 0, 7}) {
     auto raw = header1();
     raw.datatype = static_cast<short>(datatype);
     EXPECT_FALSE(error_of_header(raw).empty()) << datatype;

@@ -4,10 +4,11 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
-#include "isolux/io/chosen_volume.h"
+#include "isolux/io/channels.h"
 #include "isolux/io/format.h"
 #include "isolux/io/nrrd_header.h"
 #include "isolux/io/number_text_file.h"
@@ -92,6 +93,12 @@ Vec3 lps_factors(const std::string& space, std::vector<std::string>& notes) {
   if (space == "left-anterior-superior") {
     notes.push_back("left-anterior-superior was carried over to LPS");
     return {1, -1, 1};
+  }
+  if (space == "3d-left-handed") {
+    notes.push_back(
+        "the file does not say how it lies in the patient, but that its space is left-handed: its "
+        "axes are taken as left, posterior and inferior, so that nothing is mirrored");
+    return {1, 1, -1};
   }
   if (space != "left-posterior-superior" && space != "scanner-xyz") {
     notes.push_back("the file does not say how it lies in the patient: its axes are taken as LPS");
@@ -181,6 +188,31 @@ Affine placement(const NrrdHeader& header, ReadResult& result) {
   return world_from_index;
 }
 
+// The numbers of one voxel, where the first axis runs through them.
+struct ValueAxis {
+  int size = 1;
+  bool is_colour = false;
+};
+
+// Takes the first axis away where it runs through the numbers of a voxel: its kind says so, or it
+// alone has no direction in space.
+ValueAxis take_value_axis(NrrdHeader& header) {
+  static const std::set<std::string> kPlaces = {"domain", "space"},
+                                     kUntold = {"", "???", "none", "list", "time"},
+                                     kColours = {"rgb-color", "rgba-color", "3-color", "4-color"};
+  std::vector<NrrdAxis>& axes = header.axes;
+  const NrrdAxis first = axes.front();
+  const bool is_alone = !first.direction && axes.size() > 3 && axes[1].direction.has_value();
+  const bool is_told =
+      !kPlaces.contains(first.kind) && (!kUntold.contains(first.kind) || first.kind == "list");
+  if (axes.size() < 2 || first.size > 1 << 30 || kPlaces.contains(first.kind) ||
+      !(is_told || is_alone)) {
+    return {};
+  }
+  axes.erase(axes.begin());
+  return {static_cast<int>(first.size), kColours.contains(first.kind)};
+}
+
 // Along the axes of the grid there are to be voxels, not the numbers of one voxel.
 void check_kinds(const std::string& path, const NrrdHeader& header) {
   for (std::size_t n = 0; n < std::min<std::size_t>(header.axes.size(), 3); ++n) {
@@ -202,7 +234,8 @@ std::string value_of(const NrrdHeader& header, const char* key) {
 // Text and hexadecimal digits are decoded as they are read; of several volumes, those before the
 // chosen one are read and forgotten.
 void plan_text(OpenedInput& opened, const ReadRequest& request, const NrrdHeader& header,
-               const std::vector<std::string>& files, std::uint64_t count, std::uint64_t before) {
+               const std::vector<std::string>& files, std::uint64_t count, std::uint64_t before,
+               const Channels& channels) {
   std::vector<Stretch> texts;
   for (const std::string& file : files) {
     StoredBytes text = data_of(file, header);
@@ -219,20 +252,22 @@ void plan_text(OpenedInput& opened, const ReadRequest& request, const NrrdHeader
       const ReadNext next = is_hex ? read_hex_text(texts) : read_number_text(texts, type);
       std::vector<char> one(bytes_of(type));
       for (std::uint64_t n = 0; n < before; ++n) next(one.data(), one.size());
-      return next;
+      return one_a_voxel(next, type, channels);
     };
-    return voxels_read(request.name, type, count, swapped, {}, from_the_first, notes);
+    return voxels_read(request.name, type, count / static_cast<std::uint64_t>(channels.count),
+                       swapped, {}, from_the_first, notes);
   };
 }
 
 OpenedInput open(const ReadRequest& request) {
-  const NrrdHeader header = read_nrrd_header(request.name);
+  NrrdHeader header = read_nrrd_header(request.name);
   OpenedInput opened;
   ReadResult& result = opened.result;
   result.name = request.name;
   result.format = "NRRD";
   result.files = {request.name};
   result.files.insert(result.files.end(), header.data_files.begin(), header.data_files.end());
+  const ValueAxis values = take_value_axis(header);
   check_kinds(request.name, header);
   opened.volume.dims = {1, 1, 1};
   std::uint64_t count = 1, volumes = 1;
@@ -245,20 +280,24 @@ OpenedInput open(const ReadRequest& request) {
   opened.volume.world_from_index = placement(header, result);
   opened.volume.modality = value_of(header, "modality");
   opened.volume.units = value_of(header, "units");
-  result.volume_count = static_cast<int>(std::min<std::uint64_t>(volumes, 1 << 30));
-  const std::uint64_t chosen = chosen_volume(request, result);
+  const bool has_segments = header.key_values.contains("Segment0_ID");  // as 3D Slicer writes them
+  if (has_segments) opened.volume.modality = kSegmentation;
+  const auto [channels, chosen] =
+      choose_channel(request, header.type, values.size, values.is_colour, volumes, result);
+  count *= static_cast<std::uint64_t>(channels.count);  // from here on of numbers, not of voxels
 
   const std::vector<std::string> files =
       header.data_files.empty() ? std::vector{request.name} : header.data_files;
   if (header.encoding == "text" || header.encoding == "hex") {
-    plan_text(opened, request, header, files, count, chosen * count);
+    plan_text(opened, request, header, files, count, chosen * count, channels);
     return opened;
   }
   constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
   const std::uint64_t bytes = count * bytes_of(header.type);
   plan_voxels(
       opened, request, header.type, header.big_endian != kThisMachineIsBig, {},
-      part_of(stretches(request.name, header, files, bytes * volumes), chosen * bytes, bytes));
+      part_of(stretches(request.name, header, files, bytes * volumes), chosen * bytes, bytes),
+      channels);
   return opened;
 }
 

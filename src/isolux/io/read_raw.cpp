@@ -1,4 +1,5 @@
 #include <bit>
+#include <cmath>
 #include <filesystem>
 #include <map>
 
@@ -38,6 +39,15 @@ std::string raw_guess(std::uintmax_t bytes) {
       return std::to_string(bytes) + " bytes could be " + edge + "x" + edge + "x" +
              std::to_string(slices) + " " + type;
     }
+  }
+  // Or a cube of any size.
+  for (const auto& [type, width] :
+       {std::pair{"u8", 1u}, std::pair{"i16", 2u}, std::pair{"f32", 4u}}) {
+    const auto side =
+        static_cast<std::uintmax_t>(std::lround(std::cbrt(static_cast<double>(bytes) / width)));
+    if (side < 16 || side > 1 << 14 || side * side * side * width != bytes) continue;
+    const std::string edge = std::to_string(side);
+    return std::to_string(bytes) + " bytes could be " + edge + "x" + edge + "x" + edge + " " + type;
   }
   return {};
 }

@@ -1,7 +1,6 @@
 #include <tiffio.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <memory>
@@ -10,6 +9,7 @@
 #include "isolux/base/error.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
+#include "isolux/io/channels.h"
 #include "isolux/io/format.h"
 #include "isolux/io/natural_order.h"
 #include "isolux/io/read_fenced.h"
@@ -159,11 +159,7 @@ void keep_one_value(const PageLayout& layout, std::vector<char>& bytes) {
       std::memmove(bytes.data() + n * width, at, width);
       continue;
     }
-    const auto channel = [&](int c) {
-      return static_cast<double>(static_cast<unsigned char>(at[c]));
-    };
-    const double luma = 0.2126 * channel(0) + 0.7152 * channel(1) + 0.0722 * channel(2);
-    bytes[n] = static_cast<char>(static_cast<unsigned char>(std::floor(luma + 0.5)));
+    bytes[n] = static_cast<char>(luma(reinterpret_cast<const unsigned char*>(at)));
   }
   bytes.resize(pixels * width);
 }

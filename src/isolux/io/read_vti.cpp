@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "isolux/base/error.h"
+#include "isolux/io/channels.h"
 #include "isolux/io/format.h"
 #include "isolux/io/number_text_file.h"
 #include "isolux/io/vti_header.h"
@@ -134,8 +135,7 @@ class ArrayValues {
   }
 
   void check_size(std::uint64_t found) const {
-    const double wanted = static_cast<double>(bytes_of(header_.type)) * header_.dims[0] *
-                          header_.dims[1] * header_.dims[2];
+    const double wanted = static_cast<double>(bytes_of(header_.type)) * header_.number_count();
     if (static_cast<double>(found) != wanted) {
       throw damaged(path_, "it holds " + std::to_string(found) + " bytes, not those of its grid");
     }
@@ -175,16 +175,12 @@ bool recognises(const ReadRequest&, std::string_view first_bytes) {
   return first_bytes.find("<VTKFile") != std::string_view::npos;
 }
 
-double voxel_count(const VtiHeader& header) {
-  return static_cast<double>(header.dims[0]) * header.dims[1] * header.dims[2];
-}
-
 // Called before anything is allocated.
 void check_promise_of(const std::string& path, const VtiHeader& header) {
   const auto available = static_cast<double>(header.data_end - header.data_offset);
-  const double bytes = voxel_count(header) * static_cast<double>(bytes_of(header.type));
+  const double bytes = header.number_count() * static_cast<double>(bytes_of(header.type));
   if (header.encoding == VtiEncoding::kText) {
-    check_promise(path, 2 * voxel_count(header) - 1, available, "raw");  // a digit and a blank
+    check_promise(path, 2 * header.number_count() - 1, available, "raw");  // a digit and a blank
   } else {
     const double packed = header.encoding == VtiEncoding::kBase64 ? 0.75 * available : available;
     check_promise(path, bytes, packed, header.deflated ? "zlib" : "raw");
@@ -200,8 +196,11 @@ OpenedInput open(const ReadRequest& request) {
   opened.result.notes = header.notes;
   opened.volume.dims = header.dims;
   opened.volume.world_from_index = header.world_from_index;
-  const auto count = static_cast<std::uint64_t>(voxel_count(header));
-  const std::uint64_t bytes = count * bytes_of(header.type);
+  const auto [channels, volume] =
+      choose_channel(request, header.type, header.channels, header.channels > 1, 1, opened.result);
+  const auto numbers = static_cast<std::uint64_t>(header.number_count());
+  const std::uint64_t count = numbers / static_cast<std::uint64_t>(header.channels);
+  const std::uint64_t bytes = numbers * bytes_of(header.type);
   constexpr bool kThisMachineIsBig = std::endian::native == std::endian::big;
   const bool is_text = header.encoding == VtiEncoding::kText;
   const bool swapped = !is_text && header.big_endian != kThisMachineIsBig;
@@ -209,24 +208,25 @@ OpenedInput open(const ReadRequest& request) {
     ArrayValues(request.name, header, bytes);  // looks at the size before the values
     const std::uint64_t skip = static_cast<std::uint64_t>(header.header_bytes);
     plan_voxels(opened, request, header.type, swapped, {},
-                {{{request.name, header.data_offset}, skip, bytes}});
+                {{{request.name, header.data_offset}, skip, bytes}}, channels);
     return opened;
   }
   opened.stored_type = name_of(header.type);
   opened.bytes_per_voxel_most = bytes_per_voxel_most(header.type, {});
-  opened.read_voxels = [=](std::vector<std::string>& notes) {
+  opened.read_voxels = [=, channels = channels](std::vector<std::string>& notes) {
     Progress progress(request.listener, "reading", bytes);
     const auto from_the_first = [&]() -> ReadNext {
       if (is_text) {
-        return read_number_text(
-            {{{request.name, header.data_offset}, 0, header.data_end - header.data_offset}},
-            header.type);
+        const Stretch text{
+            {request.name, header.data_offset}, 0, header.data_end - header.data_offset};
+        return one_a_voxel(read_number_text({text}, header.type), header.type, channels);
       }
       const auto values = std::make_shared<ArrayValues>(request.name, header, bytes);
-      return [&, values](char* to, std::size_t wanted) {
+      const auto next = [&, values](char* to, std::size_t wanted) {
         values->read(to, wanted);
         progress.advance(wanted);
       };
+      return one_a_voxel(next, header.type, channels);
     };
     return voxels_read(request.name, header.type, count, swapped, {}, from_the_first, notes);
   };

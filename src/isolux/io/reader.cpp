@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "isolux/base/error.h"
+#include "isolux/io/dicom_signature.h"
 #include "isolux/io/format.h"
 #include "isolux/io/placement_fault.h"
 #include "isolux/io/unpacked_zip.h"
@@ -22,6 +23,10 @@ std::string first_bytes_of(const std::string& path) {
   std::error_code error;
   if (!fs::exists(path, error)) {
     throw WorkError(path, "there is no such file", "check the name, or see `isolux --help`");
+  }
+  // Opening a pipe would wait for whoever fills it; and it could be read once only.
+  if (fs::is_fifo(path, error) || fs::is_socket(path, error)) {
+    throw WorkError(path, "is a pipe, not a file", "write it to a file first");
   }
   errno = 0;
   std::ifstream file(path, std::ios::binary);
@@ -71,32 +76,40 @@ std::optional<OpenedInput> open_stack(const ReadRequest& request) {
   return open_tiff_folder(request, tiffs);
 }
 
-// A folder holds one volume as a stack of files.
+// The one stack in a folder, or else the one volume or mesh.
 OpenedInput open_folder(const ReadRequest& request) {
   if (auto stack = open_stack(request)) return *stack;
-  throw WorkError(request.name, "is a folder without DICOM or TIFF files",
-                  "give a file, or a folder of one stack");
-}
-
-// The one volume, or the one stack, in an unpacked zip.
-OpenedInput open_unpacked(const ReadRequest& request, const UnpackedZip& zip) {
-  if (auto stack = open_stack({zip.folder().string(), request.grid, request.listener})) {
-    return *stack;
-  }
   const std::vector<Format> known = formats();
   std::optional<OpenedInput> found;
-  for (const fs::directory_entry& entry : fs::directory_iterator(zip.folder())) {
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(request.name, error)) {
+    if (!entry.is_regular_file(error)) continue;
     const ReadRequest inside{entry.path().string(), request.grid, request.listener};
     const Format* format = format_of(known, inside);
     if (!format) continue;
+    OpenedInput opened = format->open(inside);
+    // A header and its voxels may each be a way to the same volume.
+    if (found && opened.result.files == found->result.files) continue;
     if (found) {
-      throw WorkError(request.name, "holds several volumes", "unpack it and name the wanted one");
+      throw WorkError(request.name, "holds several volumes or meshes", "name the wanted file");
     }
-    found = format->open(inside);
+    opened.result.notes.insert(opened.result.notes.begin(),
+                               "read from " + entry.path().filename().string());
+    found = std::move(opened);
   }
   if (found) return *found;
-  throw WorkError(request.name, "is a zip archive without a volume that this version reads",
+  throw WorkError(request.name, "holds nothing that this version reads",
                   "`isolux --help` lists the formats");
+}
+
+// A DICOMDIR tells what lies in its folder and below, which is found without it.
+OpenedInput open_folder_of_index(const ReadRequest& request) {
+  const fs::path path(request.name);
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  OpenedInput opened = open_folder({folder.string(), request.grid, request.listener});
+  opened.result.notes.insert(opened.result.notes.begin(),
+                             "an index (DICOMDIR): its folder was read");
+  return opened;
 }
 
 // Does `work`; what it says of files in the unpacked folder, it says of the zip: that folder is
@@ -107,17 +120,23 @@ auto about_zip(const std::string& name, const UnpackedZip& zip, const Work& work
     return work();
   } catch (const WorkError& error) {
     std::string why = error.what();
-    const std::string folder = zip.folder().string() + "/";
-    for (std::size_t at = 0; (at = why.find(folder)) != std::string::npos;) {
-      why.erase(at, folder.size());
+    const std::string folder = zip.folder().string();
+    const bool is_of_all = why.starts_with(folder + ": ");
+    for (const std::string& hidden : {folder + "/", folder + ": "}) {
+      for (std::size_t at = 0; (at = why.find(hidden)) != std::string::npos;) {
+        why.erase(at, hidden.size());
+      }
     }
-    throw WorkError(name, "in it, " + why.substr(0, why.rfind("; ")), "unpack it and look");
+    throw WorkError(name, (is_of_all ? "" : "in it, ") + why.substr(0, why.rfind("; ")),
+                    "unpack it and look");
   }
 }
 
 OpenedInput open_zip(const ReadRequest& request) {
   const auto zip = std::make_shared<const UnpackedZip>(request.name);
-  OpenedInput opened = about_zip(request.name, *zip, [&] { return open_unpacked(request, *zip); });
+  OpenedInput opened = about_zip(request.name, *zip, [&] {
+    return open_folder({zip->folder().string(), request.grid, request.listener});
+  });
   opened.read_voxels = [zip, name = request.name,
                         read = opened.read_voxels](std::vector<std::string>& notes) {
     return about_zip(name, *zip, [&] { return read(notes); });
@@ -133,7 +152,9 @@ OpenedInput open_known_format(const ReadRequest& request) {
   if (std::error_code error; fs::is_directory(request.name, error)) return open_folder(request);
   const std::vector<Format> known = formats();
   if (const Format* format = format_of(known, request)) return format->open(request);
-  if (first_bytes_of(request.name).starts_with("PK\3\4")) return open_zip(request);
+  const std::string first_bytes = first_bytes_of(request.name);
+  if (first_bytes.starts_with("PK\3\4")) return open_zip(request);
+  if (is_dicom_directory(first_bytes)) return open_folder_of_index(request);
   if (request.grid.dims || request.grid.type) return open_raw(request);
   std::error_code error;
   const std::string guess = raw_guess(fs::file_size(request.name, error));

@@ -13,6 +13,7 @@
 #include "isolux/base/mapped_file.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
+#include "isolux/io/channels.h"
 
 namespace isolux {
 namespace {
@@ -161,10 +162,11 @@ VoxelArray voxels_read(const std::string& name, StoredType type, std::size_t cou
 }
 
 void plan_voxels(OpenedInput& opened, const ReadRequest& request, StoredType type, bool swapped,
-                 const Rescale& rescale, std::vector<Stretch> stretches) {
+                 const Rescale& rescale, std::vector<Stretch> stretches, const Channels& channels) {
   opened.stored_type = name_of(type);
   opened.bytes_per_voxel_most = bytes_per_voxel_most(type, rescale);
-  if (!swapped && is_as_voxels_are(type, rescale) && can_be_mapped(type, stretches)) {
+  if (!swapped && channels.count == 1 && is_as_voxels_are(type, rescale) &&
+      can_be_mapped(type, stretches)) {
     opened.is_mapped = true;
     opened.read_voxels = [type, stretch = stretches[0]](std::vector<std::string>&) {
       return mapped(type, stretch);
@@ -177,10 +179,11 @@ void plan_voxels(OpenedInput& opened, const ReadRequest& request, StoredType typ
     for (const Stretch& stretch : stretches) bytes += stretch.bytes;
     const auto from_the_first = [&]() -> ReadNext {
       const auto reader = std::make_shared<StretchReader>(stretches, request.listener);
-      return [reader](char* to, std::size_t count) { reader->read(to, count); };
+      return one_a_voxel([reader](char* to, std::size_t count) { reader->read(to, count); }, type,
+                         channels);
     };
-    return voxels_read(request.name, type, bytes / bytes_of(type), swapped, rescale, from_the_first,
-                       notes);
+    const std::uint64_t voxel = bytes_of(type) * static_cast<std::uint64_t>(channels.count);
+    return voxels_read(request.name, type, bytes / voxel, swapped, rescale, from_the_first, notes);
   };
 }
 

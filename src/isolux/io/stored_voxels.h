@@ -52,6 +52,13 @@ struct Rescale {
   bool operator==(const Rescale&) const = default;
 };
 
+/// Several numbers a voxel, one behind the other, of which one is made (channels.h).
+struct Channels {
+  int count = 1;
+  bool is_colour = false;  ///< they are red, green, blue, and perhaps alpha, in 8 bits: their luma
+  int chosen = 0;          ///< else this one
+};
+
 /// Writes the next `bytes` of stored numbers to where it is told.
 using ReadNext = std::function<void(char* to, std::size_t bytes)>;
 
@@ -76,7 +83,8 @@ double bytes_per_voxel_most(StoredType type, const Rescale& rescale);
 /// does. Where there is nothing to convert, one stretch holds all and it is large
 /// (docs/decisions/0010-mapped-voxels.md), they are to be mapped from the file instead.
 void plan_voxels(OpenedInput& opened, const ReadRequest& request, StoredType type, bool swapped,
-                 const Rescale& rescale, std::vector<Stretch> stretches);
+                 const Rescale& rescale, std::vector<Stretch> stretches,
+                 const Channels& channels = {});
 
 /// Swaps the bytes of each of `count` numbers.
 void swap_bytes(StoredType type, void* stored, std::size_t count);

@@ -206,10 +206,10 @@ void take_array(const std::string& path, const pugi::xml_document& document,
                 VtiHeader& header) {
   header.array_name = array.attribute("Name").as_string();
   header.type = stored_type(path, array.attribute("type").as_string());
-  const int components = array.attribute("NumberOfComponents").as_int(1);
-  if (components != 1) {
-    throw not_read(path, "has " + std::to_string(components) + " values a voxel",
-                   "isolux draws surfaces of one value; extract a component first");
+  header.channels = array.attribute("NumberOfComponents").as_int(1);
+  constexpr int kMostChannels = 1 << 20;
+  if (header.channels < 1 || header.channels > kMostChannels) {
+    throw damaged(path, "it has " + std::to_string(header.channels) + " values a voxel");
   }
   const std::string format = array.attribute("format").as_string("ascii");
   if (format != "appended") {

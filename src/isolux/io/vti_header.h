@@ -20,6 +20,7 @@ struct VtiHeader {
   Affine world_from_index;
   std::string array_name;
   StoredType type = StoredType::kU8;
+  int channels = 1;  ///< numbers a voxel, one behind the other
   VtiEncoding encoding = VtiEncoding::kRaw;
   bool big_endian = false;
   bool deflated = false;          ///< in blocks, by zlib
@@ -27,6 +28,10 @@ struct VtiHeader {
   std::uint64_t data_offset = 0;  ///< where in the file the array begins
   std::uint64_t data_end = 0;     ///< where it must end at the latest
   std::vector<std::string> notes;
+
+  double number_count() const {
+    return static_cast<double>(dims[0]) * dims[1] * dims[2] * channels;
+  }
 };
 
 /// @throws WorkError  where the header is damaged, or of a kind not read here.

@@ -1,8 +1,9 @@
 #include "isolux/io/write_volume.h"
 
-#include <nifti/nifti1.h>
+#include <nifti/nifti1_io.h>
 #include <zlib.h>
 
+#include <cstdint>
 #include <cstring>
 #include <string_view>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "isolux/base/error.h"
 #include "isolux/base/number_text.h"
 #include "isolux/base/output_file.h"
+#include "isolux/io/nifti_header.h"
 
 // The three containers are a short header before the bare voxels, so they are made here, in memory:
 // that way the file takes its place whole or not at all. Compression is zlib's.
@@ -92,6 +94,17 @@ std::string as_metaimage(const Volume& volume) {
   return header + "\nElementDataFile = LOCAL\n" + data;
 }
 
+// What stands behind the header of a NIfTI file that has a comment: the mark that it has, and the
+// extension, whose length is a multiple of 16.
+std::string comment(const std::string& text) {
+  const std::size_t length = (2 * sizeof(std::int32_t) + text.size() + 16) / 16 * 16;
+  const std::int32_t head[] = {static_cast<std::int32_t>(length), NIFTI_ECODE_COMMENT};
+  std::string bytes("\1\0\0\0", 4);
+  bytes.append(reinterpret_cast<const char*>(head), sizeof head).append(text);
+  bytes.resize(4 + length);
+  return bytes;
+}
+
 std::string as_nifti(const Volume& volume) {
   constexpr short kTypes[] = {DT_UINT8, DT_INT16, DT_UINT16, DT_FLOAT32};
   constexpr short kBits[] = {8, 16, 16, 32};
@@ -109,23 +122,28 @@ std::string as_nifti(const Volume& volume) {
   header.pixdim[0] = 1;
   header.datatype = kTypes[volume.voxels.index()];
   header.bitpix = kBits[volume.voxels.index()];
-  header.vox_offset = 352;
   header.scl_slope = 1;
   header.xyzt_units = NIFTI_UNITS_MM;
   header.sform_code = NIFTI_XFORM_SCANNER_ANAT;
+  const Affine& placed = volume.world_from_index;
   float* rows[] = {header.srow_x, header.srow_y, header.srow_z};
+  std::string full(kFullSform);
+  bool rounds = false;
   for (int row = 0; row < 3; ++row) {
     const double to_ras = row < 2 ? -1 : 1;  // LPS to RAS
-    for (int column = 0; column < 3; ++column) {
-      rows[row][column] =
-          static_cast<float>(to_ras * volume.world_from_index.linear.at(row, column));
+    for (int column = 0; column < 4; ++column) {
+      const double number =
+          to_ras * (column < 3 ? placed.linear.at(row, column) : placed.offset[row]);
+      rows[row][column] = static_cast<float>(number);
+      rounds = rounds || static_cast<double>(rows[row][column]) != number;
+      full += to_text(number) + " ";
     }
-    rows[row][3] = static_cast<float>(to_ras * volume.world_from_index.offset[row]);
   }
   std::memcpy(header.magic, "n+1", 4);
-  std::string bytes(352, '\0');
-  std::memcpy(bytes.data(), &header, sizeof header);
-  return bytes.append(bytes_of_voxels(volume));
+  const std::string extension = rounds ? comment(full) : std::string(4, '\0');
+  header.vox_offset = static_cast<float>(sizeof header + extension.size());
+  std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
+  return bytes.append(extension).append(bytes_of_voxels(volume));
 }
 
 std::string as_gzipped_nifti(const Volume& volume) { return deflated(as_nifti(volume), true); }
@@ -145,18 +163,6 @@ Encoder encoder_for(const std::string& path) {
 }
 
 }  // namespace
-
-bool rounds_placement(const std::string& path, const Volume& volume) {
-  if (path.ends_with(".nrrd") || path.ends_with(".mha")) return false;
-  const Affine& a = volume.world_from_index;
-  for (const Vec3& column :
-       {a.linear.column[0], a.linear.column[1], a.linear.column[2], a.offset}) {
-    for (int row = 0; row < 3; ++row) {
-      if (static_cast<double>(static_cast<float>(column[row])) != column[row]) return true;
-    }
-  }
-  return false;
-}
 
 void check_volume_name(const std::string& path) { encoder_for(path); }
 

@@ -1,5 +1,8 @@
 #include "isolux/render/explanation.h"
 
+#include <optional>
+
+#include "isolux/render/path_tracer.h"
 #include "isolux/render/ray_caster.h"
 #include "isolux/render/relight.h"
 
@@ -11,24 +14,27 @@ Rgb weight_of(const FurtherPoint& point) {
 }
 
 ExplainedLayer layer_of(const Scene& scene, std::int32_t surface, const MeshPoint& on_mesh,
-                        const SurfacePoint& point, const std::vector<float>& shares) {
+                        const SurfacePoint& point, const std::vector<float>& shares,
+                        const std::optional<Rgb>& irradiance) {
   ExplainedLayer layer;
   layer.surface = surface;
   layer.material = material_at(scene.surfaces[static_cast<std::size_t>(surface)], on_mesh);
-  light_point(scene, surface, on_mesh, point, shares, layer.terms);
+  light_point(scene, surface, on_mesh, point, shares, irradiance ? &*irradiance : nullptr,
+              layer.terms);
   return layer;
 }
 
 // Layers behind the nearest, mirrors and background.
 void add_further(const Scene& scene, const FurtherPoint& point, const std::vector<float>& shares,
-                 Explanation& e) {
+                 const std::optional<Rgb>& irradiance, Explanation& e) {
   const Rgb weight = weight_of(point);
   if (point.surface == FurtherPoint::kBackground) {
     Rgb& to = point.is_mirrored ? e.mirror : e.background;
     to = to + weight * scene.background;
     return;
   }
-  ExplainedLayer layer = layer_of(scene, point.surface, point.point, point_of(point), shares);
+  ExplainedLayer layer =
+      layer_of(scene, point.surface, point.point, point_of(point), shares, irradiance);
   if (point.is_mirrored) {
     e.mirror = e.mirror + layer.material.opacity * (weight * layer.terms.total);
     return;
@@ -47,22 +53,34 @@ Explanation explain(const Scene& scene, int x, int y) {
   Shadows shadows;
   cast_shadows(scene, caster.surfaces(), buffer, shadows);
   const std::size_t place = buffer.at(x - buffer.first_x, y - buffer.first_y);
+  Indirect indirect;
 
   Explanation e;
+  if (scene.indirect != IndirectMethod::kOff) {
+    PathTracer tracer(scene, caster.surfaces());
+    tracer.run(buffer);
+    indirect = tracer.indirect(buffer);
+    if (buffer.is_hit(place)) {
+      PathSum sum = tracer.pixel(buffer, place, tracer.samples());
+      for (Rgb& part : sum.by_bounce) part = (1.0 / tracer.samples()) * part;
+      e.by_bounce = std::move(sum.by_bounce);
+    }
+  }
   e.x = x;
   e.y = y;
   e.eye_ray = scene.camera->ray(x, y);
   e.turned = view.turned;
-  e.radiance = light(scene, buffer, shadows).total.at(place);
+  e.radiance = light(scene, buffer, shadows, indirect).total.at(place);
   const SurfaceSample sample = buffer.sample(place);
   if (sample.is_hit()) {
     e.layers.push_back(layer_of(scene, sample.surface, sample.point, point_of(e.eye_ray, sample),
-                                shadows.of_pixel(place)));
+                                shadows.of_pixel(place), indirect.of_pixel(place)));
     e.layers[0].depth_mm = sample.depth_mm;
     e.layers[0].weight = e.layers[0].material.opacity;
     for (std::size_t n = 0; !buffer.further.empty() && n < buffer.further[0].size(); ++n) {
       const FurtherPoint& point = buffer.further[0][n];
-      if (point.pixel == place) add_further(scene, point, shadows.of_further(0, n), e);
+      if (point.pixel == place)
+        add_further(scene, point, shadows.of_further(0, n), indirect.of_further(0, n), e);
     }
   } else {
     e.background = scene.background;

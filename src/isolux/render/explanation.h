@@ -27,6 +27,7 @@ struct Explanation {
   Ray eye_ray;
   bool turned = false;  ///< whether the nearest layer's normal was turned round to face the eye
   std::vector<ExplainedLayer> layers;  ///< none: nothing is met
+  std::vector<Rgb> by_bounce;          ///< of the nearest layer: the part of each bounce in E
   Rgb mirror;                          ///< what mirrors show, weighted
   Rgb background;                      ///< what is seen of it directly, weighted
   Rgb total;

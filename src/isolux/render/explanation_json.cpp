@@ -32,6 +32,7 @@ json layer_json(const ExplainedLayer& layer, double weight) {
                  {"normal", numbers(layer.terms.point.normal)},
                  {"depth", layer.depth_mm},
                  {"ambient", numbers(weight * layer.terms.ambient)},
+                 {"indirect", numbers(weight * layer.terms.indirect)},
                  {"lights", json::array()}};
   for (LightTerms t : layer.terms.lights) {
     t.diffuse = weight * t.diffuse;
@@ -47,6 +48,7 @@ json summed_json(const Explanation& e) {
   PointTerms& sum = nearest.terms;
   const double own = nearest.weight;
   sum.ambient = own * sum.ambient;
+  sum.indirect = own * sum.indirect;
   for (LightTerms& t : sum.lights) {
     t.diffuse = own * t.diffuse;
     t.specular = own * t.specular;
@@ -54,6 +56,7 @@ json summed_json(const Explanation& e) {
   for (std::size_t k = 1; k < e.layers.size(); ++k) {
     const ExplainedLayer& layer = e.layers[k];
     sum.ambient = sum.ambient + layer.weight * layer.terms.ambient;
+    sum.indirect = sum.indirect + layer.weight * layer.terms.indirect;
     for (std::size_t l = 0; l < sum.lights.size(); ++l) {
       LightTerms& t = sum.lights[l];
       t.diffuse = t.diffuse + layer.weight * layer.terms.lights[l].diffuse;
@@ -81,6 +84,7 @@ json explain_json(const Explanation& e) {
                  {"total", numbers(e.total)},
                  {"display", e.shown}};
   if (e.is_hit()) object.update(summed_json(e));
+  for (const Rgb& part : e.by_bounce) object["bounces"].push_back(numbers(part));
   for (const ExplainedLayer& layer : e.layers) {
     json own = layer_json(layer, 1);
     own["opacity"] = layer.material.opacity;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "isolux/render/lighting.h"
@@ -15,6 +16,14 @@ struct Indirect {
   std::vector<float> sky;  ///< share of open sky, by the cosine, [place in the buffer]
 
   bool empty() const { return sky.empty(); }
+  std::optional<Rgb> of_pixel(std::size_t place) const {
+    return empty() ? std::nullopt : std::optional(pixels.at(place));
+  }
+  std::optional<Rgb> of_further(std::size_t tile, std::size_t point) const {
+    if (empty()) return std::nullopt;
+    const auto& [r, g, b] = further[tile][point];
+    return Rgb{r, g, b};
+  }
 };
 
 }  // namespace isolux

@@ -9,10 +9,12 @@ void RgbLayer::set(std::size_t pixel, Rgb value) {
 }
 
 void light_point(const Scene& scene, std::int32_t surface, const MeshPoint& on_mesh,
-                 const SurfacePoint& point, std::span<const float> shares, PointTerms& terms) {
+                 const SurfacePoint& point, std::span<const float> shares, const Rgb* irradiance,
+                 PointTerms& terms) {
   const Material material = material_at(scene.surfaces[static_cast<std::size_t>(surface)], on_mesh);
   terms.point = point;
-  terms.ambient = ambient_term(material, scene.ambient);
+  terms.ambient = irradiance ? Rgb{} : ambient_term(material, scene.ambient);
+  terms.indirect = irradiance ? material.kd * *irradiance : Rgb{};
   terms.lights.clear();
   terms.diffuse = terms.specular = Rgb{};
   for (std::size_t n = 0; n < scene.lights.size(); ++n) {
@@ -21,7 +23,7 @@ void light_point(const Scene& scene, std::int32_t surface, const MeshPoint& on_m
     terms.diffuse = terms.diffuse + added.diffuse;
     terms.specular = terms.specular + added.specular;
   }
-  terms.total = terms.ambient + terms.diffuse + terms.specular;
+  terms.total = terms.ambient + terms.indirect + terms.diffuse + terms.specular;
 }
 
 SurfacePoint point_of(const Ray& eye_ray, const SurfaceSample& sample) {

@@ -27,7 +27,8 @@ float coverage(const Scene& scene, const SurfaceBuffer& buffer, std::size_t plac
 
 }  // namespace
 
-Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radiance& radiance) {
+Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radiance& radiance,
+                  const Indirect& indirect) {
   Layers layers{buffer.width(), buffer.height(), {}};
   // From the order of tiles to rows.
   const auto add = [&](const std::string& name, auto value_at) {
@@ -61,7 +62,7 @@ Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radianc
   add_rgb("ambient.", radiance.ambient);
   add_rgb("diffuse.", radiance.diffuse);
   add_rgb("specular.", radiance.specular);
-  add_rgb("indirect.", RgbLayer(buffer.pixels()));  // none is asked for
+  add_rgb("indirect.", radiance.indirect);
   add_rgb("mirror.", radiance.mirror);
   add_sample("normal.X", [](const SurfaceSample& sample) { return sample.normal_x; });
   add_sample("normal.Y", [](const SurfaceSample& sample) { return sample.normal_y; });
@@ -71,14 +72,20 @@ Layers exr_layers(const Scene& scene, const SurfaceBuffer& buffer, const Radianc
   add_position("position.Z", 2);
   add_sample("depth.Z", [](const SurfaceSample& sample) { return sample.depth_mm; });
   add_sample("surface.id", [](const SurfaceSample& sample) { return sample.surface; });
+  if (!indirect.empty()) {
+    add("sky.Y", [&](int x, int y) { return indirect.sky[buffer.at(x, y)]; });
+  }
   return layers;
 }
 
 std::string encode_picture(const Scene& scene, const SurfaceBuffer& buffer, const Shadows& shadows,
-                           const Metadata& metadata, bool is_exr) {
-  if (is_exr) return encode_exr(exr_layers(scene, buffer, light(scene, buffer, shadows)), metadata);
+                           const Indirect& indirect, const Metadata& metadata, bool is_exr) {
+  if (is_exr) {
+    const Radiance radiance = light(scene, buffer, shadows, indirect);
+    return encode_exr(exr_layers(scene, buffer, radiance, indirect), metadata);
+  }
   const bool is_srgb = scene.display.curve == Display::Curve::kSrgb;
-  return encode_png(LitPicture().relight(scene, buffer, shadows), metadata, is_srgb);
+  return encode_png(LitPicture().relight(scene, buffer, shadows, indirect), metadata, is_srgb);
 }
 
 void check_picture_memory(const SceneDescription& scene, bool is_exr) {

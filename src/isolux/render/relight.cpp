@@ -47,8 +47,8 @@ std::uint32_t shown(const DisplayTable& table, Rgb radiance) {
 
 namespace relighting {
 
-Inputs::Inputs(const Scene& s, const SurfaceBuffer& b, const Shadows& v)
-    : scene(&s), buffer(&b), shadows(&v), eye(s.camera->eye()) {
+Inputs::Inputs(const Scene& s, const SurfaceBuffer& b, const Shadows& v, const Indirect& i)
+    : scene(&s), buffer(&b), shadows(&v), indirect(&i), eye(s.camera->eye()) {
   set(background, s.background);
   for (const SurfaceItem& item : s.surfaces) {
     Surface& surface = surfaces.emplace_back();
@@ -90,12 +90,13 @@ void light_each(const Inputs& in, std::size_t begin, std::size_t end, const Outp
     const SurfaceItem& item = in.scene->surfaces[static_cast<std::size_t>(sample.surface)];
     if (!wanted(item)) return;
     const Ray ray = in.scene->camera->ray(in.buffer->first_x + x, in.buffer->first_y + y);
+    const auto irradiance = in.indirect->of_pixel(place);
     light_point(*in.scene, sample.surface, sample.point, point_of(ray, sample),
-                in.shadows->of_pixel(place), terms);
+                in.shadows->of_pixel(place), irradiance ? &*irradiance : nullptr, terms);
     const double opacity = item.material.opacity;
     out.total->set(place, opacity * terms.total);
     if (!out.ambient) return;
-    out.ambient->set(place, opacity * terms.ambient);
+    out.ambient->set(place, opacity * (terms.ambient + terms.indirect));
     out.diffuse->set(place, opacity * terms.diffuse);
     out.specular->set(place, opacity * terms.specular);
   });
@@ -138,11 +139,12 @@ void add_further_plainly(const Inputs& in, std::size_t tile, std::size_t n, cons
   float ambient[3] = {}, diffuse[3] = {}, specular[3] = {};
   if (point.surface != FurtherPoint::kBackground) {
     PointTerms terms;
+    const auto irradiance = in.indirect->of_further(tile, n);
     light_point(*in.scene, point.surface, point.point, point_of(point),
-                in.shadows->of_further(tile, n), terms);
+                in.shadows->of_further(tile, n), irradiance ? &*irradiance : nullptr, terms);
     const double opacity =
         in.scene->surfaces[static_cast<std::size_t>(point.surface)].material.opacity;
-    set(ambient, opacity * terms.ambient);
+    set(ambient, opacity * (terms.ambient + terms.indirect));
     set(diffuse, opacity * terms.diffuse);
     set(specular, opacity * terms.specular);
   }
@@ -189,11 +191,12 @@ void write_block(const std::uint32_t* pixels, Picture& picture, int x0, int y0) 
 
 }  // namespace relighting
 
-Radiance light(const Scene& scene, const SurfaceBuffer& buffer, const Shadows& shadows) {
+Radiance light(const Scene& scene, const SurfaceBuffer& buffer, const Shadows& shadows,
+               const Indirect& indirect) {
   Radiance radiance(buffer.pixels());
-  const Inputs in(scene, buffer, shadows);
+  const Inputs in(scene, buffer, shadows, indirect);
   const Outputs out{.total = &radiance.total,
-                    .ambient = &radiance.ambient,
+                    .ambient = indirect.empty() ? &radiance.ambient : &radiance.indirect,
                     .diffuse = &radiance.diffuse,
                     .specular = &radiance.specular,
                     .mirror = &radiance.mirror};
@@ -221,18 +224,18 @@ void LitPicture::prepare(const Scene& scene, const SurfaceBuffer& buffer) {
 }
 
 const Picture& LitPicture::relight(const Scene& scene, const SurfaceBuffer& buffer,
-                                   const Shadows& shadows) {
-  return draw(scene, buffer, shadows, relighting::light);
+                                   const Shadows& shadows, const Indirect& indirect) {
+  return draw(scene, buffer, shadows, indirect, relighting::light);
 }
 
 const Picture& LitPicture::redisplay(const Scene& scene, const SurfaceBuffer& buffer) {
-  return draw(scene, buffer, {}, relighting::show);
+  return draw(scene, buffer, {}, {}, relighting::show);
 }
 
 const Picture& LitPicture::draw(const Scene& scene, const SurfaceBuffer& buffer,
-                                const Shadows& shadows, Stage stage) {
+                                const Shadows& shadows, const Indirect& indirect, Stage stage) {
   prepare(scene, buffer);
-  Inputs in(scene, buffer, shadows);
+  Inputs in(scene, buffer, shadows, indirect);
   in.table = &*table_;
   in.background_bytes = background_;
   const Outputs out{.total = &*total_, .picture = &picture_, .drawn = &drawn_};

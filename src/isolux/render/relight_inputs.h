@@ -6,6 +6,7 @@
 
 #include "isolux/image/display_table.h"
 #include "isolux/image/picture.h"
+#include "isolux/render/indirect.h"
 #include "isolux/render/lighting.h"
 #include "isolux/render/shadows.h"
 #include "isolux/render/surface_buffer.h"
@@ -30,11 +31,13 @@ struct Inputs {
     float reference_square;  ///< of the falloff's reference distance; 0: no falloff
   };
 
-  Inputs(const Scene& scene, const SurfaceBuffer& buffer, const Shadows& shadows);
+  Inputs(const Scene& scene, const SurfaceBuffer& buffer, const Shadows& shadows,
+         const Indirect& indirect);
 
   const Scene* scene;
   const SurfaceBuffer* buffer;
   const Shadows* shadows;
+  const Indirect* indirect;
   std::vector<Surface> surfaces;
   std::vector<Lamp> lamps;
   bool has_painted = false;
@@ -50,7 +53,7 @@ struct Inputs {
 /// Where results go; what is null is not wanted. All terms or none.
 struct Outputs {
   RgbLayer* total = nullptr;
-  RgbLayer* ambient = nullptr;
+  RgbLayer* ambient = nullptr;  ///< or indirect light, which takes its place
   RgbLayer* diffuse = nullptr;
   RgbLayer* specular = nullptr;
   RgbLayer* mirror = nullptr;

@@ -170,10 +170,13 @@ void show_block(const Inputs& in, const Outputs& out, std::size_t place, int x0,
   write_block(pixels, *out.picture, x0, y0);
 }
 
-HWY_INLINE Terms without_lamps(const Inputs::Surface& surface) {
+// Ambient light, or kd E in its place; `irradiance` has the three channels of E, or nulls.
+HWY_INLINE Terms without_lamps(const Inputs::Surface& surface,
+                               const float* const (&irradiance)[3]) {
   Terms terms;
   for (int c = 0; c < 3; ++c) {
-    terms.ambient[c] = all(surface.ambient[c]);
+    terms.ambient[c] = irradiance[c] ? hn::Mul(all(surface.kd[c]), hn::LoadU(kF, irradiance[c]))
+                                     : all(surface.ambient[c]);
     terms.diffuse[c] = terms.specular[c] = hn::Zero(kF);
   }
   return terms;
@@ -198,7 +201,11 @@ void light_block(const Inputs& in, const Outputs& out, std::size_t place, int x0
       pending &= ~static_cast<std::uint32_t>(bits[0] | bits[1] << 8);
 
       const Inputs::Surface& surface = in.surfaces[static_cast<std::size_t>(number)];
-      Terms terms = without_lamps(surface);
+      const float* irradiance[3] = {};
+      for (int c = 0; c < 3 && !in.indirect->empty(); ++c) {
+        irradiance[c] = in.indirect->pixels.channel(c) + at;
+      }
+      Terms terms = without_lamps(surface, irradiance);
       for (std::size_t l = 0; l < in.lamps.size(); ++l) {
         const bool is_dimmed = !in.shadows->empty();
         const float* share = is_dimmed ? in.shadows->pixels[l].data() + at : nullptr;
@@ -247,7 +254,15 @@ void light_further(const Inputs& in, const Outputs& out, std::size_t tile, std::
     if (!is_background && point.surface != of_surface) {
       of_surface = point.surface;
       const Inputs::Surface& surface = in.surfaces[static_cast<std::size_t>(of_surface)];
-      Terms terms = without_lamps(surface);
+      alignas(64) float e[3][SurfaceBuffer::kBlockPixels] = {};
+      const bool is_indirect = !in.indirect->empty();
+      for (std::size_t m = 0; is_indirect && m < count; ++m) {
+        const auto& of_point = in.indirect->further[tile][first + m];
+        for (std::size_t c = 0; c < 3; ++c) e[c][m] = of_point[c];
+      }
+      const float* irradiance[3] = {};
+      for (int c = 0; c < 3 && is_indirect; ++c) irradiance[c] = e[c];
+      Terms terms = without_lamps(surface, irradiance);
       for (std::size_t l = 0; l < in.lamps.size(); ++l) {
         alignas(64) float shares[SurfaceBuffer::kBlockPixels] = {};
         const bool is_dimmed = !in.shadows->empty();

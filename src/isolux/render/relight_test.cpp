@@ -52,7 +52,7 @@ void expect_as_light_point(const Scene& scene) {
       }
       ++hits;
       light_point(scene, sample.surface, sample.point, point_of(scene.camera->ray(x, y), sample),
-                  {}, terms);
+                  {}, nullptr, terms);
       const Material& material = scene.surfaces[static_cast<std::size_t>(sample.surface)].material;
       for (int c = 0; c < 3; ++c) {
         const double most = 2e-6 * (3 + std::sqrt(material.shininess)) * intensities[c];

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "isolux/render/path_tracer.h"
+
 namespace isolux {
 namespace {
 
@@ -29,12 +31,27 @@ bool same_places(const Scene& a, const Scene& b) {
   });
 }
 
+// What the path tracer is asked for.
+bool same_paths(const Scene& a, const Scene& b) {
+  return a.indirect == b.indirect && a.bounces == b.bounces && a.spp == b.spp &&
+         a.indirect_error == b.indirect_error && a.seed == b.seed;
+}
+
 bool same_light(const Scene& a, const Scene& b) {
-  return a.lights == b.lights && a.shadows == b.shadows && a.ambient == b.ambient &&
+  return a.lights == b.lights && a.shadows == b.shadows && same_paths(a, b) &&
+         a.has_default_ambient == b.has_default_ambient && a.ambient == b.ambient &&
          a.background == b.background &&
          std::ranges::equal(a.surfaces, b.surfaces, [](const auto& one, const auto& other) {
            return one.material == other.material && one.change == other.change;
          });
+}
+
+// Indirect light depends on all that direct light does but the background.
+bool same_indirect(const Scene& a, const Scene& b) {
+  if (a.indirect == IndirectMethod::kOff && b.indirect == IndirectMethod::kOff) return true;
+  Scene same = b;
+  same.background = a.background;
+  return same_light(a, same);
 }
 
 }  // namespace
@@ -60,6 +77,7 @@ void Session::trace(const Scene& scene, const ProgressListener& listener) {
   caster_->cast(*scene.camera, *buffer_, listener);
   traced_ = scene;
   shadowed_.reset();
+  bounced_.reset();
   lit_.reset();
   drawn_.reset();
   ++counters_.visibility;
@@ -74,6 +92,21 @@ const Shadows& Session::shadows(const Scene& scene) {
   return shadows_;
 }
 
+const Indirect& Session::indirect(const Scene& scene, const ProgressListener& listener) {
+  trace(scene, {});
+  if (bounced_ && same_indirect(*bounced_, scene)) return indirect_;
+  if (scene.indirect == IndirectMethod::kOff) {
+    indirect_ = {};
+  } else {
+    PathTracer tracer(scene, caster_->surfaces());
+    tracer.run(*buffer_, listener);
+    indirect_ = tracer.indirect(*buffer_);
+    ++counters_.indirect;
+  }
+  bounced_ = scene;
+  return indirect_;
+}
+
 const SurfaceBuffer& Session::surfaces(const Scene& scene, const ProgressListener& listener) {
   trace(scene, listener);
   return *buffer_;
@@ -82,7 +115,7 @@ const SurfaceBuffer& Session::surfaces(const Scene& scene, const ProgressListene
 const Radiance& Session::radiance(const Scene& scene) {
   trace(scene, {});
   if (lit_ && same_light(*lit_, scene)) return *radiance_;
-  radiance_ = light(scene, *buffer_, shadows(scene));
+  radiance_ = light(scene, *buffer_, shadows(scene), indirect(scene));
   lit_ = scene;
   ++counters_.lighting;
   return *radiance_;
@@ -95,7 +128,7 @@ const Picture& Session::picture(const Scene& scene) {
   if (is_lit) {
     picture_.redisplay(scene, *buffer_);
   } else {
-    picture_.relight(scene, *buffer_, shadows(scene));
+    picture_.relight(scene, *buffer_, shadows(scene), indirect(scene));
   }
   counters_.lighting += is_lit ? 0 : 1;
   ++counters_.display;

@@ -5,6 +5,7 @@
 
 #include "isolux/base/progress.h"
 #include "isolux/image/picture.h"
+#include "isolux/render/indirect.h"
 #include "isolux/render/ray_caster.h"
 #include "isolux/render/relight.h"
 #include "isolux/render/shadows.h"
@@ -20,6 +21,7 @@ namespace isolux {
 /// | exposure, curve                        | display                                        |
 /// | materials, lights, ambient, background | lighting, display                              |
 /// | where lights are, if there are shadows | shadows, lighting, display                     |
+/// | any of these but the last two, with indirect light | that as well                       |
 /// | camera, size, opacity, kr              | visibility, shadows, lighting, display         |
 /// | iso values, surfaces                   | skip structure, visibility, lighting, display  |
 /// | volumes                                | min-max bricks and all of the above            |
@@ -33,6 +35,7 @@ class Session {
     int skip_structure = 0;
     int visibility = 0;
     int shadows = 0;
+    int indirect = 0;
     int lighting = 0;
     int display = 0;
 
@@ -42,6 +45,8 @@ class Session {
   const SurfaceBuffer& surfaces(const Scene& scene, const ProgressListener& listener = {});
   /// Empty where the scene asks for none.
   const Shadows& shadows(const Scene& scene);
+  /// Empty where the scene asks for none.
+  const Indirect& indirect(const Scene& scene, const ProgressListener& listener = {});
   /// The terms kept apart, which `picture` does without.
   const Radiance& radiance(const Scene& scene);
   const Picture& picture(const Scene& scene);
@@ -53,10 +58,11 @@ class Session {
 
   Counters counters_;
   // Each stage with the scene that it last ran for.
-  std::optional<Scene> prepared_, traced_, shadowed_, lit_, drawn_;
+  std::optional<Scene> prepared_, traced_, shadowed_, bounced_, lit_, drawn_;
   std::optional<RayCaster> caster_;
   std::optional<SurfaceBuffer> buffer_;
   Shadows shadows_;
+  Indirect indirect_;
   std::optional<Radiance> radiance_;
   LitPicture picture_;
 };

@@ -151,6 +151,33 @@ Material MaterialChange::applied(Material to) const {
   return to;
 }
 
+namespace {
+
+// Options that mean something beside others alone are refused without them.
+void describe_indirect(const json& given, const json& complete, SceneDescription& scene) {
+  if (complete["indirect"] == "transport") {
+    throw UsageError("--indirect", "transport is not in this version", "give path, or off");
+  }
+  const bool is_path = complete["indirect"] == "path";
+  if (is_path) scene.indirect = IndirectMethod::kPath;
+  if (complete["indirect"] == "off") {
+    refuse(given, "bounces", "--bounces", "counts those of indirect light", "add --indirect path");
+  }
+  for (const char* name : {"spp", "error", "seed"}) {
+    if (is_path) break;
+    refuse(given, name, std::string("--") + name, "belongs to the path tracer",
+           "add --indirect path");
+  }
+  scene.bounces = complete["bounces"].get<int>();
+  scene.indirect_error = optional_number(complete, "error");
+  constexpr int kMost = 1 << 16;
+  const int most = scene.indirect_error && !given.contains("spp") ? kMost : 64;
+  scene.spp = optional_whole(complete, "spp").value_or(most);
+  scene.seed = complete["seed"].get<std::uint64_t>();
+}
+
+}  // namespace
+
 SceneDescription describe(const json& document, const std::string& what) {
   check_document(document, what);
   const json complete = with_defaults(document);
@@ -176,6 +203,7 @@ SceneDescription describe(const json& document, const std::string& what) {
   if (complete["visibility"] == "raster") scene.visibility = Visibility::kRaster;
   scene.shadows = complete["shadows"] == "on";
   scene.mirror_depth = complete["mirror-depth"].get<int>();
+  describe_indirect(document, complete, scene);
   scene.display.curve = complete["display"] == "raw" ? Display::Curve::kRaw : Display::Curve::kSrgb;
   scene.display.exposure = complete["exposure"].get<double>();
   scene.background = color_of(complete["background"]);

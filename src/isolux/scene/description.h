@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -27,6 +28,9 @@ struct SurfaceDescription {
   std::optional<int> input;   ///< counted from 1; nothing: the first volume
   MaterialChange change;      ///< for an isosurface: everything
 };
+
+/// How light that surfaces send to each other is found.
+enum class IndirectMethod { kOff, kTransport, kPath };
 
 /// How the surface in a pixel is found.
 enum class Visibility { kRaycast, kRaster };
@@ -73,6 +77,11 @@ struct SceneDescription {
   Visibility visibility = Visibility::kRaycast;
   bool shadows = false;
   int mirror_depth = 4;  ///< reflections of reflections that are followed
+  IndirectMethod indirect = IndirectMethod::kOff;
+  int bounces = 2;
+  int spp = 64;                               ///< indirect samples a pixel; with an error: at most
+  std::optional<double> indirect_error = {};  ///< relative standard error to stop at
+  std::uint64_t seed = 0;
   Display display;
   Rgb background;
 };

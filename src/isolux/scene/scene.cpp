@@ -159,6 +159,11 @@ Scene resolve(const SceneDescription& description, const Inputs& inputs) {
   scene.visibility = description.visibility;
   scene.shadows = description.shadows;
   scene.mirror_depth = description.mirror_depth;
+  scene.indirect = description.indirect;
+  scene.bounces = description.bounces;
+  scene.spp = description.spp;
+  scene.indirect_error = description.indirect_error;
+  scene.seed = description.seed;
   scene.camera.emplace(description.camera, description.width, description.height,
                        bounding_sphere(inputs));
   scene.surfaces = resolve_surfaces(description, inputs);

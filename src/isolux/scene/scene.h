@@ -47,6 +47,11 @@ struct Scene {
   Visibility visibility = Visibility::kRaycast;
   bool shadows = false;
   int mirror_depth = 4;  ///< reflections of reflections that are followed
+  IndirectMethod indirect = IndirectMethod::kOff;
+  int bounces = 2;
+  int spp = 64;                               ///< indirect samples a pixel; with an error: at most
+  std::optional<double> indirect_error = {};  ///< relative standard error to stop at
+  std::uint64_t seed = 0;
   Display display;
   Rgb background;
 };

@@ -52,6 +52,7 @@ json counters_json(const Session::Counters& counters) {
   return {{"skip_structure", counters.skip_structure},
           {"visibility", counters.visibility},
           {"shadows", counters.shadows},
+          {"indirect", counters.indirect},
           {"lighting", counters.lighting},
           {"display", counters.display}};
 }

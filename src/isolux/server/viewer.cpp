@@ -109,7 +109,7 @@ std::string Viewer::saved_picture(const json& request) const {
   Session session;
   const SurfaceBuffer& surfaces = session.surfaces(scene);
   return encode_picture(
-      scene, surfaces, session.shadows(scene),
+      scene, surfaces, session.shadows(scene), session.indirect(scene),
       provenance(version_, with_defaults(document), inputs_.checksums_of(document)), is_exr);
 }
 

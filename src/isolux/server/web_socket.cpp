@@ -96,6 +96,7 @@ class Page final : public Outlet, public std::enable_shared_from_this<Page> {
   void read() {
     socket_.async_read(
         buffer_, [self = shared_from_this()](const beast::error_code& error, std::size_t) {
+          if (self->left_) return;  // since this message came, its answers could not be sent
           if (error || !self->rate_.allows_one_more()) return self->leave();
           const auto data = self->buffer_.cdata();
           self->client_->receive({static_cast<const char*>(data.data()), data.size()});

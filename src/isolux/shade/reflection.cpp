@@ -30,6 +30,17 @@ LightTerms light_terms(const Material& material, const Light& light, const Surfa
   return t;
 }
 
+Rgb irradiance(const Light& light, const SurfacePoint& point) {
+  const Vec3 offset =
+      light.kind == Light::Kind::kPoint ? light.place - point.position : light.place;
+  const double distance = length(offset);
+  if (distance == 0) return {};
+  const double cos_theta = dot(point.normal, offset) / distance;
+  if (cos_theta <= 0) return {};
+  const double ratio = light.inverse_square_reference_mm.value_or(distance) / distance;
+  return cos_theta * ratio * ratio * light.intensity;
+}
+
 Rgb ambient_term(const Material& material, Rgb ambient_light) {
   return material.ka * ambient_light;
 }

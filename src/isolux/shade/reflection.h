@@ -35,6 +35,9 @@ struct LightTerms {
 LightTerms light_terms(const Material& material, const Light& light, const SurfacePoint& point,
                        double visibility = 1);
 
+/// I * max(0, n . l) * falloff: what a light brings to a point when nothing is in its way.
+Rgb irradiance(const Light& light, const SurfacePoint& point);
+
 /// ka * Ia.
 Rgb ambient_term(const Material& material, Rgb ambient_light);
 

@@ -1,8 +1,11 @@
 #include "isolux/volume/statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <type_traits>
 
 namespace isolux {
 namespace {
@@ -37,7 +40,45 @@ double otsu_threshold(const ValueStatistics& s) {
   return s.min + bin_width(s) * (static_cast<double>(first + last) / 2 + 1);
 }
 
+template <typename T>
+bool look_like_labels(const VolumeView<T>& view) {
+  constexpr std::size_t kMostLabels = 256, kFewestLabels = 2;  // beside 0
+  constexpr double kShareAlike = 0.9;
+  std::array<bool, std::numeric_limits<std::uint16_t>::max() + 1> seen{};
+  std::size_t labels = 0, pairs = 0, alike = 0;
+  const std::size_t rows =
+      static_cast<std::size_t>(view.dims[1]) * static_cast<std::size_t>(view.dims[2]);
+  const auto width = static_cast<std::size_t>(view.dims[0]);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const T* const values = view.voxels + row * width;
+    T last = 0;
+    for (std::size_t i = 0; i < width; ++i) {
+      const T value = values[i];
+      if (value < 0) return false;
+      if (value != 0 && last != 0) {
+        ++pairs;
+        alike += value == last;
+      }
+      last = value;
+      if (seen[static_cast<std::size_t>(value)]) continue;
+      seen[static_cast<std::size_t>(value)] = true;
+      labels += value != 0;
+      if (labels > kMostLabels) return false;
+    }
+  }
+  return seen[0] && labels >= kFewestLabels && pairs > 0 &&
+         static_cast<double>(alike) >= kShareAlike * static_cast<double>(pairs);
+}
+
 }  // namespace
+
+bool holds_labels(const Volume& volume) {
+  if (!volume.modality.empty()) return volume.modality == kSegmentation;
+  return visit_voxels(volume, []<typename T>(const VolumeView<T>& view) {
+    if constexpr (std::is_integral_v<T>) return look_like_labels(view);
+    return false;
+  });
+}
 
 ValueStatistics value_statistics(const Volume& volume, int bins) {
   ValueStatistics s;
@@ -76,6 +117,9 @@ std::vector<SuggestedIso> suggest_iso(const Volume& volume, const ValueStatistic
     for (const SuggestedIso& one : {SuggestedIso{300, "bone"}, SuggestedIso{-300, "skin"}}) {
       if (s.min < one.value && one.value < s.max) suggested.push_back(one);
     }
+  }
+  if (suggested.empty() && s.min < 0.5 && 0.5 < s.max && holds_labels(volume)) {
+    suggested.push_back({0.5, "labels"});
   }
   if (suggested.empty() && s.min < s.max) suggested.push_back({otsu_threshold(s), "threshold"});
   return suggested;

@@ -19,13 +19,19 @@ struct ValueStatistics {
 
 ValueStatistics value_statistics(const Volume& volume, int bins = 256);
 
-/// An iso value worth showing first, and what it shows: "bone", "skin", or "threshold".
+/// Whether the values are the numbers of regions rather than measurements: the modality says so, or
+/// there is none and they are whole, not negative, at most 256 different ones, and mostly alike in
+/// neighbours that are not 0.
+bool holds_labels(const Volume& volume);
+
+/// An iso value worth showing first, and what it shows: "bone", "skin", "labels" or "threshold".
 struct SuggestedIso {
   double value;
   std::string name;
 };
 
-/// Hounsfield units: bone at 300 and skin at -300, where the values reach them. Else the threshold
+/// Hounsfield units: bone at 300 and skin at -300, where the values reach them. Labels: 0.5, which
+/// bounds them all, since between two labels their numbers mean nothing. Else the threshold
 /// that parts the histogram best (Otsu 1979, "A threshold selection method from gray-level
 /// histograms"). Empty for a constant volume.
 std::vector<SuggestedIso> suggest_iso(const Volume& volume, const ValueStatistics& statistics);

@@ -10,6 +10,9 @@
 
 namespace isolux {
 
+/// The modality of a volume whose values are the numbers of regions: DICOM's word for it.
+inline constexpr const char* kSegmentation = "SEG";
+
 /// Voxel values in the type the file stores, i fastest, then j, then k.
 using VoxelArray =
     std::variant<Voxels<std::uint8_t>, Voxels<std::int16_t>, Voxels<std::uint16_t>, Voxels<float>>;
