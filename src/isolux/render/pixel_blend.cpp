@@ -25,7 +25,7 @@ struct Points {
   std::array<float, kMost> x, y, z;                       // in blocks, from `origin`
   std::array<float, kMost> normal_x, normal_y, normal_z;  // outside
   std::array<float, kMost> across_x, across_y, across_z;  // the same as a covector in blocks
-  std::array<bool, kMost> inside;
+  std::array<SeenSide, kMost> side;
   Vec3 origin;
 };
 
@@ -81,23 +81,26 @@ class PixelBlend::Finder {
   }
 
  private:
+  struct Weighed {
+    std::uint32_t sample;
+    Weights weights;
+  };
   struct Met {
     Vec3 in_blocks;
     Vec3 outward;
-    bool inside;
+    SeenSide side;
   };
 
   Met met(std::int32_t surface, Vec3 position, Vec3 normal, Vec3 to_eye,
           const MeshPoint& point) const {
     const PreparedSurface& of = surfaces_.at(surface);
-    bool inside = false;
-    if (of.lanes()) {
-      const auto outward = of.true_normal(position, point);
-      inside = outward && dot(*outward, to_eye) < 0;
-    } else {
-      inside = dot(shading_normal(*of.mesh(), point), normal) < 0;
-    }
-    return {samples_.in_blocks(surface, position), inside ? -normal : normal, inside};
+    const Vec3 out = of.mesh() ? shading_normal(*of.mesh(), point)
+                               : of.true_normal(position, point).value_or(normal);
+    const bool turned = dot(out, normal) < 0;
+    const Vec3 outward = turned ? -normal : normal;
+    const bool inside =
+        of.mesh() ? is_inside(of, position, point, outward, -to_eye) : dot(out, to_eye) < 0;
+    return {samples_.in_blocks(surface, position), outward, {inside, turned != inside}};
   }
 
   void find_block(std::size_t place, std::uint32_t hits, Piece& piece) {
@@ -158,7 +161,7 @@ class PixelBlend::Finder {
     points.across_x[n] = across.x;
     points.across_y[n] = across.y;
     points.across_z[n] = across.z;
-    points.inside[n] = at.inside;
+    points.side[n] = at.side;
   }
 
   // Finds `weighed_` and their `sums_`, which are not 0 where a sample is anywhere near.
@@ -172,7 +175,7 @@ class PixelBlend::Finder {
                        &points.normal_z, &points.across_x, &points.across_y, &points.across_z}) {
         (*of)[n] = (*of)[count - 1];
       }
-      points.inside[n] = points.inside[count - 1];
+      points.side[n] = points.side[count - 1];
     }
     BlockIndex low, high;
     const auto range = [&](const std::array<float, kMost>& of, double origin, std::size_t axis) {
@@ -185,19 +188,13 @@ class PixelBlend::Finder {
     range(points.x, points.origin.x, 0);
     range(points.y, points.origin.y, 1);
     range(points.z, points.origin.z, 2);
-    const bool any_inside = std::ranges::find(points.inside, true) != points.inside.end();
-    const bool any_outside = std::ranges::find(points.inside, false) != points.inside.end();
     samples_.each_site(points.surface, low, high, [&](std::uint32_t site) {
       const Weights weights = weights_of(samples_.sites()[site], points);
       if (std::ranges::max(weights) <= 0) return;
-      for (const bool inside : {false, true}) {
-        if (!(inside ? any_inside : any_outside)) continue;
-        Weighed& weighed = weighed_.emplace_back();
-        weighed.sample = 2 * site + (inside ? 1 : 0);
-        for (std::size_t n = 0; n < kMost; ++n) {
-          weighed.weights[n] = points.inside[n] == inside ? weights[n] : 0;
-          sums_[n] += weighed.weights[n];
-        }
+      for (std::size_t n = 0; n < count; ++n) {
+        if (weights[n] == 0) continue;
+        weighed_of(SurfaceSamples::sample(site, points.side[n])).weights[n] = weights[n];
+        sums_[n] += weights[n];
       }
     });
     constexpr float kLeast = 1e-3f;
@@ -206,17 +203,23 @@ class PixelBlend::Finder {
     }
   }
 
+  // The entry of a sample, one of the last four if there is one: those of a site come together.
+  Weighed& weighed_of(std::uint32_t sample) {
+    const std::size_t first = weighed_.size() - std::min<std::size_t>(4, weighed_.size());
+    for (std::size_t n = first; n < weighed_.size(); ++n) {
+      if (weighed_[n].sample == sample) return weighed_[n];
+    }
+    return weighed_.emplace_back(Weighed{sample, {}});
+  }
+
   // Where nothing near is like a point, what is least unlike it stands in for the rest.
   void stand_in(const Points& points, std::size_t n, float least) {
     const Vec3 at = points.origin + Vec3{points.x[n], points.y[n], points.z[n]};
     const Vec3 outward{points.normal_x[n], points.normal_y[n], points.normal_z[n]};
     const std::uint32_t sample =
-        samples_.find_in_blocks(points.surface, at, outward, points.inside[n]);
+        samples_.find_in_blocks(points.surface, at, outward, points.side[n]);
     if (sample == SurfaceSamples::kNone) return;
-    Weighed& weighed = weighed_.emplace_back();
-    weighed.sample = sample;
-    weighed.weights.fill(0);
-    weighed.weights[n] = least - sums_[n];
+    weighed_of(sample).weights[n] += least - sums_[n];
     sums_[n] = least;
   }
 
@@ -255,11 +258,6 @@ class PixelBlend::Finder {
       weight = static_cast<std::uint16_t>(weight + left[n]);
     }
   }
-
-  struct Weighed {
-    std::uint32_t sample;
-    Weights weights;
-  };
 
   const Scene& scene_;
   const SceneSurfaces& surfaces_;

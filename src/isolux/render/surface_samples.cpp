@@ -43,6 +43,14 @@ std::vector<Group> groups_of(std::span<const SurfacePlace> places, std::vector<s
 
 }  // namespace
 
+bool is_inside(const PreparedSurface& surface, Vec3 position, const MeshPoint& point, Vec3 outward,
+               Vec3 direction) {
+  const Vec3 normal = surface.true_normal(position, point).value_or(outward);
+  // A triangle's normal is taken to be on the side of its vertices' normals.
+  const bool opposes = surface.mesh() && dot(normal, outward) < 0;
+  return dot(opposes ? -normal : normal, direction) > 0;
+}
+
 SurfaceSamples::SurfaceSamples(const SceneSurfaces& surfaces, int edge) {
   for (std::size_t s = 0; s < surfaces.all().size(); ++s) {
     add(surfaces.all()[s], static_cast<std::int32_t>(s), edge);
@@ -82,7 +90,7 @@ void SurfaceSamples::add(const PreparedSurface& surface, std::int32_t number, in
 }
 
 std::uint32_t SurfaceSamples::find_in_blocks(std::int32_t surface, Vec3 at, Vec3 outward,
-                                             bool inside) const {
+                                             SeenSide side) const {
   std::uint32_t found = kNone;
   double best = -std::numeric_limits<double>::infinity();
   const auto look = [&](std::uint32_t site) {
@@ -91,7 +99,7 @@ std::uint32_t SurfaceSamples::find_in_blocks(std::int32_t surface, Vec3 at, Vec3
                          length(as_double(sites_[site].in_blocks) - at);
     if (score > best) {
       best = score;
-      found = 2 * site + (inside ? 1 : 0);
+      found = sample(site, side);
     }
   };
   const BlockIndex block = block_of(at);

@@ -21,12 +21,25 @@ struct SampleSite {
   MeshPoint point;  ///< on a mesh
 };
 
+/// From where a point of a surface is seen, and how it so is lit.
+struct SeenSide {
+  bool inside = false;  ///< from the inside of the surface itself
+  /// Whether the shading normal had to be turned to a side on which the surface itself does not
+  /// lie: where it is smoother than the surface, some points are lit as from behind.
+  bool flipped = false;
+};
+
+/// Whether a ray of that direction has met the surface from inside; `outward` is the shading normal
+/// on the outside.
+bool is_inside(const PreparedSurface& surface, Vec3 position, const MeshPoint& point, Vec3 outward,
+               Vec3 direction);
+
 /// Samples all over the surfaces of a scene, which stand for the light there: in each block of a
-/// few cells one for each group of normals and each side, for surfaces are lit from both sides.
-/// A block that holds a sheet of bone so has four: outside and inside of either of its faces. They
+/// few cells one for each group of normals and each side, for surfaces are lit from both sides; so
+/// a block that holds a sheet of bone has samples outside and inside of either of its faces. They
 /// depend on the surfaces alone.
 ///
-/// Samples count from 0: 2 * site is its outside, 2 * site + 1 its inside.
+/// Samples count from 0, four to a site: see SeenSide.
 class SurfaceSamples {
  public:
   static constexpr std::uint32_t kNone = ~0u;
@@ -34,14 +47,21 @@ class SurfaceSamples {
   /// @param edge  of the blocks: see block_from_world.
   SurfaceSamples(const SceneSurfaces& surfaces, int edge);
 
-  std::size_t size() const { return 2 * sites_.size(); }
+  std::size_t size() const { return 4 * sites_.size(); }
   const std::vector<SampleSite>& sites() const { return sites_; }
-  const SampleSite& site(std::uint32_t sample) const { return sites_[sample / 2]; }
-  static double side(std::uint32_t sample) { return sample & 1 ? -1 : 1; }
-  /// Unit, on the sample's side.
-  Vec3 normal(std::uint32_t sample) const { return side(sample) * as_double(site(sample).normal); }
+  const SampleSite& site(std::uint32_t sample) const { return sites_[sample / 4]; }
+  static std::uint32_t sample(std::uint32_t site, SeenSide side) {
+    return 4 * site + (side.inside ? 2 : 0) + (side.flipped ? 1 : 0);
+  }
+  static SeenSide side(std::uint32_t sample) { return {(sample & 2) != 0, (sample & 1) != 0}; }
+  /// Unit, as it is lit.
+  Vec3 normal(std::uint32_t sample) const {
+    const auto [inside, flipped] = side(sample);
+    return (inside == flipped ? 1.0 : -1.0) * as_double(site(sample).normal);
+  }
+  /// Unit, on the side that it is seen from.
   Vec3 true_normal(std::uint32_t sample) const {
-    return side(sample) * as_double(site(sample).true_normal);
+    return (side(sample).inside ? -1.0 : 1.0) * as_double(site(sample).true_normal);
   }
 
   /// A place of a surface in the space of its blocks.
@@ -57,10 +77,10 @@ class SurfaceSamples {
   /// The sample that stands for a place: in its block, or in those around it, the one whose normal
   /// is most like its own and that is not far. `outward` is the shading normal on the outside.
   /// kNone: there is none anywhere near.
-  std::uint32_t find(std::int32_t surface, Vec3 position, Vec3 outward, bool inside) const {
-    return find_in_blocks(surface, in_blocks(surface, position), outward, inside);
+  std::uint32_t find(std::int32_t surface, Vec3 position, Vec3 outward, SeenSide side) const {
+    return find_in_blocks(surface, in_blocks(surface, position), outward, side);
   }
-  std::uint32_t find_in_blocks(std::int32_t surface, Vec3 at, Vec3 outward, bool inside) const;
+  std::uint32_t find_in_blocks(std::int32_t surface, Vec3 at, Vec3 outward, SeenSide side) const;
 
   /// Calls body(number of a site) for those of a surface in blocks from `low` to `high`.
   template <typename Body>

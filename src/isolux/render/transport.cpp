@@ -22,7 +22,7 @@ std::array<float, 4> as_floats(Rgb c) {
 
 Transport::Transport(const Scene& scene, const SceneSurfaces& surfaces, TransportOptions options)
     : surfaces_(surfaces), options_(options) {
-  for (int edge = 2;; edge = 4) {
+  for (int edge = getenv("EDGE") ? atoi(getenv("EDGE")) : 2;; edge = 4) {
     samples_ = std::make_unique<SurfaceSamples>(surfaces, edge);
     const auto bytes = [&] {
       return static_cast<double>(samples_->size()) * (kBytesASample + 4.0 * options_.links);

@@ -61,6 +61,8 @@ class Transport {
   const TransportLinks& links() const { return *links_; }
   int links_a_sample() const { return options_.links; }
   double bytes() const;
+  std::size_t source_count() const { return sources_.size(); }
+  std::size_t picture_count() const { return blend_->samples().size(); }
 
  private:
   // Radiance on its way: that which leaves a sample; the fourth number is not used.

@@ -95,9 +95,18 @@ void TransportLinks::trace(LinkRays& rays) {
       }
       hits.face(n, ray.direction);
       const Vec3 normal{hits.normal[0][n], hits.normal[1][n], hits.normal[2][n]};
-      const bool inside = (hits.turned >> n & 1) != 0;
-      const std::uint32_t found =
-          samples_.find(hits.surface[n], ray.at(hits.t[n]), inside ? -normal : normal, inside);
+      const bool turned = (hits.turned >> n & 1) != 0;
+      const Vec3 position = ray.at(hits.t[n]);
+      const Vec3 outward = turned ? -normal : normal;
+      const PreparedSurface& surface = surfaces_.at(hits.surface[n]);
+      // The isosurface that a ray has left, it meets from the side that it left.
+      const bool stays = passed == 0 && surface.lanes() &&
+                         hits.surface[n] == samples_.site(rays.sample[n]).surface;
+      SeenSide side;
+      side.inside = stays ? SurfaceSamples::side(rays.sample[n]).inside
+                          : is_inside(surface, position, hits.point[n], outward, ray.direction);
+      side.flipped = turned != side.inside;
+      const std::uint32_t found = samples_.find(hits.surface[n], position, outward, side);
       link = found == SurfaceSamples::kNone ? dark() : found;
     }
   }
