@@ -12,7 +12,7 @@ namespace isolux {
 namespace {
 
 // Of a mesh, in faces of blocks.
-constexpr double kFaces = 40000;
+constexpr double kFaces = 160000;
 constexpr double kPlacesAFace = 4;
 constexpr std::uint32_t kSeed = 0x7ace5;
 

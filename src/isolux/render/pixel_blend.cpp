@@ -14,7 +14,7 @@ constexpr std::size_t kTilesAPiece = 32;
 constexpr int kMost = 16;  // points at once
 
 // How far from a point's tangent plane samples may lie, in edges of blocks.
-constexpr float kThickness = 0.75f;
+constexpr float kThickness = 0.5f;
 // Points go together where they are no further apart.
 constexpr float kTogether = 1;
 
@@ -53,7 +53,7 @@ Weights weights_of(const SampleSite& site, const Points& points) {
                            site.normal.z * points.normal_z[n]);
     const float square = likeness * likeness;
     weights[n] = falling(kScale * (dx * dx + dy * dy + dz * dz)) *
-                 falling(kPlaneScale * off * off) * square * square;
+                 falling(kPlaneScale * off * off) * square * square * square * square;
   }
   return weights;
 }

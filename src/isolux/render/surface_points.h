@@ -23,7 +23,7 @@ struct SurfacePlace {
 };
 
 /// The space in which a surface's blocks are the cubes between whole numbers: edge^3 cells each,
-/// edge 1, 2 or 4; for a mesh so large that about 40,000 / edge^2 of their faces have its area.
+/// edge 1, 2 or 4; for a mesh so large that about 160,000 / edge^2 of their faces have its area.
 Affine block_from_world(const PreparedSurface& surface, int edge);
 
 inline BlockIndex block_of(Vec3 in_blocks) {

@@ -1,6 +1,7 @@
 #include "isolux/render/transport.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "isolux/base/parallel.h"
 #include "isolux/render/shadows.h"
@@ -8,11 +9,12 @@
 namespace isolux {
 namespace {
 
-constexpr std::size_t kFirstLinks = 8, kLeastLinks = 32;
+constexpr int kFirstLinks = 8, kLeastLinks = 16;
 // Samples that are shot from between two questions whether to stop.
 constexpr std::size_t kSamplesAtOnce = 1024;
 constexpr std::size_t kPieceToLight = 256;
-constexpr double kBytesASample = 136;
+
+constexpr double kBytesACoarse = 160, kBytesAFine = 16;
 
 std::array<float, 4> as_floats(Rgb c) {
   return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b), 0};
@@ -21,92 +23,94 @@ std::array<float, 4> as_floats(Rgb c) {
 }  // namespace
 
 Transport::Transport(const Scene& scene, const SceneSurfaces& surfaces, TransportOptions options)
-    : surfaces_(surfaces), options_(options) {
-  for (int edge = getenv("EDGE") ? atoi(getenv("EDGE")) : 2;; edge = 4) {
-    samples_ = std::make_unique<SurfaceSamples>(surfaces, edge);
-    const auto bytes = [&] {
-      return static_cast<double>(samples_->size()) * (kBytesASample + 4.0 * options_.links);
-    };
-    options_.links = options.links;
-    while (bytes() > options.memory && options_.links > static_cast<int>(kLeastLinks)) {
-      options_.links /= 2;
-    }
-    if (bytes() <= options.memory || edge == 4) break;
+    : surfaces_(surfaces), options_(options), links_(options.links) {
+  constexpr std::pair<int, int> kEdges[] = {{1, 2}, {2, 2}, {2, 4}, {4, 4}};
+  for (const auto& [fine, coarse] : kEdges) {
+    fine_ = std::make_unique<SurfaceSamples>(surfaces, fine);
+    coarse_ = std::make_unique<SurfaceSamples>(surfaces, coarse);
+    from_fine_ = std::make_unique<TransportLinks>(scene, surfaces, *fine_, *coarse_);
+    from_coarse_ = std::make_unique<TransportLinks>(scene, surfaces, *coarse_, *coarse_);
+    if (bytes() <= options.memory / 2) break;
   }
-  links_ = std::make_unique<TransportLinks>(scene, surfaces, *samples_);
 }
 
+int Transport::coarse_links() const { return std::max(links_ / 2, kFirstLinks); }
+
 void Transport::see(const Scene& scene, const SurfaceBuffer& buffer) {
-  blend_.emplace(scene, surfaces_, *samples_, buffer);
+  blend_.emplace(scene, surfaces_, *fine_, buffer);
+  if (bytes() > options_.memory) from_fine_->keep(blend_->samples());
+  // Of coarse samples hardly more than one of a site's four is ever reached.
+  const auto links = static_cast<double>(blend_->samples().size()) +
+                     static_cast<double>(coarse_->sites().size()) / 2;
+  const double left = options_.memory - bytes() + from_fine_->bytes() + from_coarse_->bytes();
+  links_ = options_.links;
+  while (4 * links * links_ > left && links_ > kLeastLinks) links_ /= 2;
   bounces_ = -1;  // needs are to be found anew
 }
 
-std::size_t Transport::wanted(std::int8_t need) const {
-  const auto links = static_cast<std::size_t>(options_.links);
-  return need == 0 ? 0 : need == bounces_ ? links : std::max(links / 4, kFirstLinks);
+void Transport::need(std::uint32_t coarse, std::int8_t bounces) {
+  if (needs_[coarse] >= bounces) return;
+  if (needs_[coarse] < 0) sources_.push_back(coarse);
+  needs_[coarse] = bounces;
+  followed_[coarse] = 0;
+  needing_[static_cast<std::size_t>(bounces)].push_back(coarse);
 }
 
-void Transport::need(std::uint32_t sample, std::int8_t bounces) {
-  if (needs_[sample] >= bounces) return;
-  needs_[sample] = bounces;
-  followed_[sample] = 0;
-  needing_[static_cast<std::size_t>(bounces)].push_back(sample);
-}
-
-// What a sample's links lead to is needed for one bounce less.
-void Transport::follow(std::uint32_t sample) {
-  const std::int8_t level = needs_[sample];
-  const auto links = links_->of(sample);
-  const std::size_t last = std::min(links.size(), wanted(level));
-  for (std::size_t n = followed_[sample]; n < last; ++n) {
-    const std::uint32_t to = links[n];
-    if (to >= samples_->size()) continue;
-    if (!is_source_[to]) {
-      is_source_[to] = true;
-      sources_.push_back(to);
-    }
-    need(to, static_cast<std::int8_t>(level - 1));
+// What links lead to is needed with so many bounces.
+void Transport::follow(std::span<const std::uint32_t> links, std::size_t& followed,
+                       std::int8_t bounces) {
+  for (; followed < links.size(); ++followed) {
+    if (links[followed] < coarse_->size()) need(links[followed], bounces);
   }
-  followed_[sample] = static_cast<std::uint16_t>(last);
+}
+
+// Calls `shot` for each sample, when it has its links.
+bool Transport::shoot(TransportLinks& links, const std::vector<std::uint32_t>& samples, int count,
+                      const std::function<bool()>& stop,
+                      const std::function<void(std::uint32_t)>& shot) {
+  const auto wanted = static_cast<std::size_t>(count);
+  std::vector<std::uint32_t> lacking;
+  for (std::size_t begin = 0; begin < samples.size(); begin += kSamplesAtOnce) {
+    const std::size_t end = std::min(samples.size(), begin + kSamplesAtOnce);
+    lacking.clear();
+    for (std::size_t n = begin; n < end; ++n) {
+      if (links.of(samples[n]).size() < wanted) lacking.push_back(samples[n]);
+    }
+    if (!lacking.empty()) {
+      if (stop && stop()) return false;
+      links.shoot(lacking, wanted);
+    }
+    for (std::size_t n = begin; n < end; ++n) shot(static_cast<std::uint32_t>(n));
+  }
+  return true;
 }
 
 bool Transport::refine(int bounces, const std::function<bool()>& stop) {
   if (bounces != bounces_) {
     bounces_ = bounces;
-    needs_.assign(samples_->size(), kUnneeded);
-    followed_.assign(samples_->size(), 0);
-    is_source_.assign(samples_->size(), false);
+    needs_.assign(coarse_->size(), -1);
+    followed_.assign(coarse_->size(), 0);
     sources_.clear();
-    needing_.assign(static_cast<std::size_t>(bounces) + 1, {});
-    for (const std::uint32_t sample : blend_->samples()) {
-      need(sample, static_cast<std::int8_t>(bounces));
-    }
+    needing_.assign(static_cast<std::size_t>(std::max(bounces, 1)), {});
+    fine_followed_.assign(blend_->samples().size(), 0);
   }
   if (bounces == 0) return true;
-  for (std::size_t count = kFirstLinks; count <= static_cast<std::size_t>(options_.links);
-       count *= 2) {
-    if (!refine_round(count, stop)) return false;
-  }
-  return true;
-}
-
-bool Transport::refine_round(std::size_t count, const std::function<bool()>& stop) {
-  std::vector<std::uint32_t> lacking;
-  for (int bounce = bounces_; bounce > 0; --bounce) {
-    const auto level = static_cast<std::int8_t>(bounce);
-    const std::size_t most = std::min(count, wanted(level));
-    const std::vector<std::uint32_t>& level_samples = needing_[static_cast<std::size_t>(bounce)];
-    for (std::size_t begin = 0; begin < level_samples.size(); begin += kSamplesAtOnce) {
-      const std::size_t end = std::min(level_samples.size(), begin + kSamplesAtOnce);
-      lacking.clear();
-      for (std::size_t n = begin; n < end; ++n) {
-        if (links_->of(level_samples[n]).size() < most) lacking.push_back(level_samples[n]);
-      }
-      if (!lacking.empty()) {
-        if (stop && stop()) return false;
-        links_->shoot(lacking, most);
-      }
-      for (std::size_t n = begin; n < end; ++n) follow(level_samples[n]);
+  for (int count = kFirstLinks; count <= links_; count *= 2) {
+    const bool all_fine = shoot(*from_fine_, blend_->samples(), count, stop, [&](std::uint32_t n) {
+      std::size_t followed = fine_followed_[n];
+      follow(from_fine_->of(blend_->samples()[n]), followed, static_cast<std::int8_t>(bounces - 1));
+      fine_followed_[n] = static_cast<std::uint16_t>(followed);
+    });
+    if (!all_fine) return false;
+    for (int level = bounces - 1; level > 0; --level) {
+      const std::vector<std::uint32_t> samples = needing_[static_cast<std::size_t>(level)];
+      const bool all = shoot(
+          *from_coarse_, samples, std::min(count, coarse_links()), stop, [&](std::uint32_t n) {
+            std::size_t followed = followed_[samples[n]];
+            follow(from_coarse_->of(samples[n]), followed, static_cast<std::int8_t>(level - 1));
+            followed_[samples[n]] = static_cast<std::uint16_t>(followed);
+          });
+      if (!all) return false;
     }
   }
   return true;
@@ -116,15 +120,16 @@ double Transport::done() const {
   if (!blend_ || blend_->samples().empty()) return 1;
   double sum = 0;
   for (const std::uint32_t sample : blend_->samples()) {
-    sum += static_cast<double>(links_->of(sample).size());
+    sum += static_cast<double>(from_fine_->of(sample).size());
   }
-  return std::min(1.0, sum / (options_.links * static_cast<double>(blend_->samples().size())));
+  return std::min(1.0, sum / (links_ * static_cast<double>(blend_->samples().size())));
 }
 
 void Transport::light_directly(const Scene& scene) {
   constexpr int kLanes = PointPacket::kCount;
+  constexpr double kCame = 20;  // steps; only its side of the surface matters
   const ShadowRays shadow_rays(scene, surfaces_);
-  direct_.resize(samples_->size());
+  direct_.resize(coarse_->size());
   const std::size_t packets = (sources_.size() + kLanes - 1) / kLanes;
   parallel_for(packets, 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t packet = begin; packet < end; ++packet) {
@@ -133,11 +138,11 @@ void Transport::light_directly(const Scene& scene) {
       const int count = static_cast<int>(std::min<std::size_t>(kLanes, sources_.size() - first));
       for (int n = 0; n < count; ++n) {
         const std::uint32_t sample = sources_[first + static_cast<std::size_t>(n)];
-        const SampleSite& site = samples_->site(sample);
+        const SampleSite& site = coarse_->site(sample);
         points.position[n] = site.position;
-        points.normal[n] = samples_->normal(sample);
-        points.to_eye[n] = samples_->true_normal(sample);
-        points.came_mm[n] = 20 * surfaces_.at(site.surface).step_mm();
+        points.normal[n] = coarse_->normal(sample);
+        points.to_eye[n] = coarse_->true_normal(sample);
+        points.came_mm[n] = kCame * surfaces_.at(site.surface).step_mm();
         points.surface[n] = site.surface;
         points.point[n] = site.point;
       }
@@ -166,12 +171,12 @@ void Transport::light_directly(const Scene& scene) {
 }
 
 void Transport::set_albedo(const Scene& scene) {
-  albedo_.resize(samples_->size());
-  std::vector<Radiance4> of_surface;
+  albedo_.resize(coarse_->size());
+  std::vector<Radiance3> of_surface;
   for (const SurfaceItem& item : scene.surfaces) of_surface.push_back(as_floats(item.material.kd));
   parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
-      const SampleSite& site = samples_->site(sources_[n]);
+      const SampleSite& site = coarse_->site(sources_[n]);
       const auto surface = static_cast<std::size_t>(site.surface);
       const SurfaceItem& item = scene.surfaces[surface];
       albedo_[sources_[n]] =
@@ -180,78 +185,78 @@ void Transport::set_albedo(const Scene& scene) {
   });
 }
 
-void Transport::light(const Scene& scene) {
-  std::ranges::sort(sources_);
-  for (auto& level : needing_) level.clear();
-  for (std::uint32_t n = 0; n < needs_.size(); ++n) {
-    if (needs_[n] > 0) needing_[static_cast<std::size_t>(needs_[n])].push_back(n);
+SampleLight Transport::mean_of(std::span<const std::uint32_t> links) const {
+  SampleLight sum{};
+  std::size_t open = 0;
+  for (const std::uint32_t link : links) {
+    const Radiance3& from = sent_[link];
+    for (std::size_t c = 0; c < 4; ++c) sum[c] += from[c];
+    open += link == from_fine_->sky();
   }
+  const float share = links.empty() ? 0 : 1 / static_cast<float>(links.size());
+  for (std::size_t c = 0; c < 3; ++c) sum[c] *= share;
+  sum[3] = static_cast<float>(open) * share;
+  return sum;
+}
+
+void Transport::light(const Scene& scene) {
+  std::ranges::sort(sources_);  // neighbours' rays go together
   light_directly(scene);
   set_albedo(scene);
-  const Radiance4 sky = as_floats(scene.has_default_ambient ? Rgb{} : scene.ambient);
+  const Radiance3 sky = as_floats(scene.has_default_ambient ? Rgb{} : scene.ambient);
   for (auto* radiance : {&sent_, &next_}) {
-    radiance->resize(samples_->size() + 2);
-    (*radiance)[links_->sky()] = sky;
-    (*radiance)[links_->dark()] = {};
+    radiance->resize(coarse_->size() + 2);
+    (*radiance)[from_fine_->sky()] = sky;
+    (*radiance)[from_fine_->dark()] = {};
   }
-  const auto send = [&](std::uint32_t sample, const Radiance4& indirect,
-                        std::vector<Radiance4>& to) {
+  const auto send = [&](std::uint32_t sample, const SampleLight& irradiance,
+                        std::vector<Radiance3>& to) {
     for (std::size_t c = 0; c < 3; ++c) {
-      to[sample][c] = albedo_[sample][c] * (direct_[sample][c] + indirect[c]);
+      to[sample][c] = albedo_[sample][c] * (direct_[sample][c] + irradiance[c]);
     }
   };
   for (const std::uint32_t sample : sources_) send(sample, {}, sent_);
-  irradiance_.resize(samples_->size());
-
-  for (int bounce = 1; bounce <= bounces_; ++bounce) {
-    for (int level = bounce; level <= bounces_; ++level) {
-      const std::vector<std::uint32_t>& at = needing_[static_cast<std::size_t>(level)];
-      const std::size_t most = wanted(static_cast<std::int8_t>(bounce < bounces_ ? 1 : level));
-      parallel_for(at.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-          const auto all = links_->of(at[n]);
-          const auto links = all.first(std::min(all.size(), most));
-          Radiance4 sum{};
-          std::size_t open = 0;
-          for (const std::uint32_t link : links) {
-            const Radiance4& from = sent_[link];
-            for (std::size_t c = 0; c < 4; ++c) sum[c] += from[c];
-            open += link == links_->sky();
-          }
-          const float share = links.empty() ? 0 : 1 / static_cast<float>(links.size());
-          for (std::size_t c = 0; c < 3; ++c) sum[c] *= share;
-          sum[3] = static_cast<float>(open) * share;
-          if (bounce < bounces_) {
-            send(at[n], sum, next_);
-          } else {
-            irradiance_[at[n]] = sum;
-          }
-        }
-      });
-    }
-    if (bounce == bounces_) break;
-    // Where nothing more is needed, nothing more leaves; no link that is followed leads there.
+  for (int bounce = 1; bounce < bounces_; ++bounce) {
+    parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        if (needs_[sources_[n]] < bounce) continue;
+        const auto links = from_coarse_->of(sources_[n]);
+        const std::size_t count = std::min(links.size(), static_cast<std::size_t>(coarse_links()));
+        send(sources_[n], mean_of(links.first(count)), next_);
+      }
+    });
+    // What needs fewer bounces keeps what it sent before: no link that counts leads there any more.
     std::swap(sent_, next_);
   }
+  fine_light_.resize(fine_->size());
+  const std::vector<std::uint32_t>& seen = blend_->samples();
+  parallel_for(
+      bounces_ > 0 ? seen.size() : 0, kPieceToLight, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+          const auto links = from_fine_->of(seen[n]);
+          const std::size_t count = std::min(links.size(), static_cast<std::size_t>(links_));
+          fine_light_[seen[n]] = mean_of(links.first(count));
+        }
+      });
 }
 
 void Transport::gather(const SurfaceBuffer& buffer, Indirect& indirect) const {
   std::vector<float>* const channels[4] = {&indirect.pixels.r, &indirect.pixels.g,
                                            &indirect.pixels.b, &indirect.sky};
   for (std::vector<float>* channel : channels) channel->resize(buffer.pixels());
-  blend_->pixels(irradiance_.data(), channels);
+  blend_->pixels(fine_light_.data(), channels);
   indirect.further.clear();
   if (buffer.further.empty()) return;
-  for (const auto& tile : blend_->further(irradiance_.data())) {
+  for (const auto& tile : blend_->further(fine_light_.data())) {
     auto& to = indirect.further.emplace_back();
     for (const auto& [r, g, b, sky] : tile) to.push_back({r, g, b});
   }
 }
 
 double Transport::bytes() const {
-  const double of_samples =
-      static_cast<double>(samples_->size()) * (5 * sizeof(Radiance4) + sizeof(std::int8_t) + 8);
-  return samples_->bytes() + links_->bytes() + of_samples + (blend_ ? blend_->bytes() : 0);
+  return fine_->bytes() + coarse_->bytes() + from_fine_->bytes() + from_coarse_->bytes() +
+         static_cast<double>(coarse_->size()) * kBytesACoarse +
+         static_cast<double>(fine_->size()) * kBytesAFine + (blend_ ? blend_->bytes() : 0);
 }
 
 }  // namespace isolux

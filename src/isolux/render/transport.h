@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -17,25 +18,24 @@
 namespace isolux {
 
 struct TransportOptions {
-  /// Links of each sample that pixels are blended of; those that light only reaches in between have
-  /// a quarter of them. A power of 2, at least 8.
-  int links = 256;
-  double memory = 1e9;  ///< bytes; see Transport
+  /// Links of each sample that the picture is blended of; those between which light goes to and fro
+  /// have half of them. A power of 2, at least 8.
+  int links = 128;
+  double memory = 1e9;  ///< bytes; see Transport::bytes
 };
 
 /// Indirect light that follows the lamp: cached transport between samples of the surfaces. After
-/// Hašan, Pellacini and Bala 2006, "Direct-to-indirect transfer for cinematic relighting", but from
-/// all samples to all, so that light goes on from bounce to bounce.
+/// Hasan, Pellacini and Bala 2006, "Direct-to-indirect transfer for cinematic relighting", which
+/// gathers from samples of the surfaces at samples of the picture; here both are in the scene, so
+/// that they outlive the picture, and light goes on between them from bounce to bounce.
 ///
-/// Rays are shot once, for those samples alone that the picture needs: from the samples that its
-/// points are blended of, from those that these see, and so on for as many bounces as there are.
-/// From then on, whatever happens to lamps, colours and ambient light costs one shadow ray for each
-/// sample and lamp, and one mean over links for each sample and bounce; nothing of it is random
-/// from frame to frame.
-///
-/// Memory, in bytes, at most: S (136 + 4 N) + 36 P, with S samples of N links and P weights of
-/// pixels. Where S (136 + 4 N) would exceed the limit, links are halved down to 32, and then blocks
-/// made larger, up to 4^3 cells.
+/// There are two sets of samples: fine ones, of which the points of a picture are blended, and
+/// coarse ones, which send light to these and to each other. Rays are shot once, and for those
+/// samples alone that the picture needs: the fine ones that it is blended of, the coarse ones that
+/// they see, those that these see, and so on for as many bounces as there are. From then on,
+/// whatever happens to lamps, colours and ambient light costs one shadow ray for each coarse sample
+/// and lamp, and one mean over links for each sample and bounce; nothing of it is random from frame
+/// to frame.
 ///
 /// Keeps references to the scene's surfaces; the volumes and meshes must stay as they are.
 class Transport {
@@ -45,10 +45,10 @@ class Transport {
   /// Says what picture is to be lit: how its points are blended of samples.
   void see(const Scene& scene, const SurfaceBuffer& buffer);
 
-  /// Shoots links that are missing: first 8 everywhere, then 16, and so on. Asks `stop` in between,
-  /// every few milliseconds. Returns whether there are all.
+  /// Shoots the links that are missing: first 8 everywhere, then 16, and so on. Asks `stop` in
+  /// between, every few milliseconds. Returns whether there are all.
   bool refine(int bounces, const std::function<bool()>& stop = {});
-  /// Links of the samples in the picture by now, as a share of those there will be.
+  /// How much of that is done, in [0, 1].
   double done() const;
 
   /// Finds the light at all samples that are needed.
@@ -57,44 +57,44 @@ class Transport {
   /// E at all points of the picture.
   void gather(const SurfaceBuffer& buffer, Indirect& indirect) const;
 
-  const SurfaceSamples& samples() const { return *samples_; }
-  const TransportLinks& links() const { return *links_; }
-  int links_a_sample() const { return options_.links; }
+  /// Links of a fine sample: fewer than asked for where memory does not reach.
+  int links() const { return links_; }
+  /// Of memory: 88 for each site (a place with samples), 184 for each coarse and 40 for each fine
+  /// sample, four a site; 4 for each link; 36 for each pair of a block of 16 pixels and a sample
+  /// that counts there. Blocks of samples are made larger where sites alone would take more than
+  /// the limit; then links are halved, down to 16.
   double bytes() const;
-  std::size_t source_count() const { return sources_.size(); }
-  std::size_t picture_count() const { return blend_->samples().size(); }
 
  private:
-  // Radiance on its way: that which leaves a sample; the fourth number is not used.
-  using Radiance4 = std::array<float, 4>;
+  using Radiance3 = std::array<float, 4>;  // the fourth number is not used
 
-  static constexpr std::int8_t kUnneeded = -1;
-
-  std::size_t wanted(std::int8_t need) const;
-  bool refine_round(std::size_t count, const std::function<bool()>& stop);
-  void need(std::uint32_t sample, std::int8_t bounces);
-  void follow(std::uint32_t sample);
+  int coarse_links() const;
+  void need(std::uint32_t coarse, std::int8_t bounces);
+  void follow(std::span<const std::uint32_t> links, std::size_t& followed, std::int8_t bounces);
+  bool shoot(TransportLinks& links, const std::vector<std::uint32_t>& samples, int count,
+             const std::function<bool()>& stop, const std::function<void(std::uint32_t)>& shot);
   void light_directly(const Scene& scene);
   void set_albedo(const Scene& scene);
+  SampleLight mean_of(std::span<const std::uint32_t> links) const;
 
   const SceneSurfaces& surfaces_;
   TransportOptions options_;
-  std::unique_ptr<SurfaceSamples> samples_;
-  std::unique_ptr<TransportLinks> links_;
+  int links_;
+  std::unique_ptr<SurfaceSamples> fine_, coarse_;
+  std::unique_ptr<TransportLinks> from_fine_, from_coarse_;
   std::optional<PixelBlend> blend_;
-  int bounces_ = 0;
-  // For each sample, how many bounces of light must be known there: 0: direct light alone.
+  int bounces_ = -1;
+  // For each coarse sample: how many bounces of light must be known there (0: direct light alone;
+  // -1: nothing at all), and how many of its links have been looked at for that.
   std::vector<std::int8_t> needs_;
-  // Samples by their needs, in the order in which they are found.
-  std::vector<std::vector<std::uint32_t>> needing_;
-  std::vector<std::uint16_t>
-      followed_;                 // how many links of each sample have been looked at for needs
-  std::vector<bool> is_source_;  // whether a link that is followed leads there
-  std::vector<std::uint32_t> sources_;   // these, in order
-  std::vector<Radiance4> direct_;        // D
-  std::vector<Radiance4> albedo_;        // kd
-  std::vector<Radiance4> sent_, next_;   // kd (D + E) of samples, sky, dark
-  std::vector<SampleLight> irradiance_;  // E and sky of the samples in the picture
+  std::vector<std::uint16_t> followed_;
+  std::vector<std::vector<std::uint32_t>> needing_;  // coarse samples by their needs
+  std::vector<std::uint16_t> fine_followed_;         // in the order of blend_->samples()
+  std::vector<std::uint32_t> sources_;               // all coarse samples with a need
+  std::vector<Radiance3> direct_;                    // D
+  std::vector<Radiance3> albedo_;                    // kd
+  std::vector<Radiance3> sent_, next_;               // kd (D + E) of samples, sky, dark
+  std::vector<SampleLight> fine_light_;
 };
 
 }  // namespace isolux

@@ -28,8 +28,8 @@ struct LinkRays {
 };
 
 TransportLinks::TransportLinks(const Scene& scene, const SceneSurfaces& surfaces,
-                               const SurfaceSamples& samples)
-    : surfaces_(surfaces), samples_(samples), rows_(samples.size()) {
+                               const SurfaceSamples& from, const SurfaceSamples& to)
+    : surfaces_(surfaces), from_(from), to_(to), rows_(from.size()) {
   for (const SurfaceItem& item : scene.surfaces) opacities_.push_back(item.material.opacity);
 }
 
@@ -47,8 +47,8 @@ void TransportLinks::shoot_piece(std::span<const std::uint32_t> samples, std::si
     if (done >= count) continue;
     row.reserve(count);
     row.resize(count);
-    const SampleSite& site = samples_.site(sample);
-    const Vec3 normal = samples_.normal(sample), true_normal = samples_.true_normal(sample);
+    const SampleSite& site = from_.site(sample);
+    const Vec3 normal = from_.normal(sample), true_normal = from_.true_normal(sample);
     const Vec3 start = site.position + kOff * surfaces_.at(site.surface).step_mm() * true_normal;
     for (std::size_t link = done; link < count; ++link) {
       const auto number = static_cast<std::uint32_t>(link);
@@ -100,17 +100,28 @@ void TransportLinks::trace(LinkRays& rays) {
       const Vec3 outward = turned ? -normal : normal;
       const PreparedSurface& surface = surfaces_.at(hits.surface[n]);
       // The isosurface that a ray has left, it meets from the side that it left.
-      const bool stays = passed == 0 && surface.lanes() &&
-                         hits.surface[n] == samples_.site(rays.sample[n]).surface;
+      const bool stays =
+          passed == 0 && surface.lanes() && hits.surface[n] == from_.site(rays.sample[n]).surface;
       SeenSide side;
       side.inside = stays ? SurfaceSamples::side(rays.sample[n]).inside
                           : is_inside(surface, position, hits.point[n], outward, ray.direction);
       side.flipped = turned != side.inside;
-      const std::uint32_t found = samples_.find(hits.surface[n], position, outward, side);
+      const std::uint32_t found = to_.find(hits.surface[n], position, outward, side);
       link = found == SurfaceSamples::kNone ? dark() : found;
     }
   }
   rays.count = 0;
+}
+
+void TransportLinks::keep(std::span<const std::uint32_t> samples) {
+  std::size_t next = 0;
+  for (std::uint32_t n = 0; n < rows_.size(); ++n) {
+    if (next < samples.size() && samples[next] == n) {
+      ++next;
+    } else if (!rows_[n].empty()) {
+      rows_[n] = {};
+    }
+  }
 }
 
 double TransportLinks::bytes() const {

@@ -11,9 +11,9 @@ namespace isolux {
 
 struct LinkRays;
 
-/// What surface samples see: for each, links to the samples that rays from it meet, or to the open
-/// sky. Rays go by the cosine about the shading normal, so the mean of what the links lead to is
-/// the integral of the contract's indirect light.
+/// What surface samples see: for each, links to the samples (of another set, mostly coarser) that
+/// rays from it meet, or to the open sky. Rays go by the cosine about the shading normal, so the
+/// mean of what the links lead to is the integral of the contract's indirect light.
 ///
 /// Rays are Sobol points keyed by sample and link: a sample's links are the same whenever and with
 /// whichever others they are shot, and the first 2^n are spread evenly for every n. A ray passes a
@@ -21,15 +21,19 @@ struct LinkRays;
 class TransportLinks {
  public:
   /// Keeps references to the surfaces and the samples.
-  TransportLinks(const Scene& scene, const SceneSurfaces& surfaces, const SurfaceSamples& samples);
+  TransportLinks(const Scene& scene, const SceneSurfaces& surfaces, const SurfaceSamples& from,
+                 const SurfaceSamples& to);
 
   /// A link's number for the open sky, and for a place that no sample stands for, which is dark;
   /// lower numbers are samples.
-  std::uint32_t sky() const { return static_cast<std::uint32_t>(rows_.size()); }
+  std::uint32_t sky() const { return static_cast<std::uint32_t>(to_.size()); }
   std::uint32_t dark() const { return sky() + 1; }
 
   /// Shoots rays until each of `samples` has at least `count` links, on all threads.
   void shoot(std::span<const std::uint32_t> samples, std::size_t count);
+
+  /// Forgets the links of all samples but these, which are in order.
+  void keep(std::span<const std::uint32_t> samples);
 
   std::span<const std::uint32_t> of(std::uint32_t sample) const { return rows_[sample]; }
 
@@ -40,7 +44,8 @@ class TransportLinks {
   void trace(LinkRays& rays);
 
   const SceneSurfaces& surfaces_;
-  const SurfaceSamples& samples_;
+  const SurfaceSamples& from_;
+  const SurfaceSamples& to_;
   std::vector<double> opacities_;
   std::vector<std::vector<std::uint32_t>> rows_;
 };
