@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Makes every picture of docs/lighting.md again, by the commands that the page itself shows.
+"""Makes every picture of the manual's pages again, by the commands that the pages themselves show.
 
-The page is the only list: each `isolux` or `python3 docs/...` line in a ```sh block is run, in
+The pages are the only list: each `isolux` or `python3 docs/...` line in a ```sh block is run, in
 order, in an empty folder that holds the small raw volumes written here. `-o NAME.png` becomes
 docs/pictures/NAME.png. Where a ```text block follows, its lines must occur, in order, in what the
 last command before it prints.
@@ -30,7 +30,7 @@ sys.dont_write_bytecode = True
 from lecture_loop import read_png  # noqa: E402
 
 DOCS = Path(__file__).resolve().parent
-PAGE = DOCS / "lighting.md"
+PAGES = [DOCS / name for name in ("lighting.md", "rays.md", "indirect.md")]
 PICTURES = DOCS / "pictures"
 
 
@@ -122,8 +122,19 @@ def write_lobes(folder):
                              rod(from_at(i, j, k), r, 80)))
 
 
+def write_mirror(folder):
+    """A ball of radius 26 mm that hangs before the brow of the CT head."""
+    header = ("NRRD0004\ntype: float\ndimension: 3\nsizes: 61 61 61\n"
+              "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+              "space origin: (20,-290,70)\nencoding: raw\nendian: little\n"
+              "data file: mirror.raw\n")
+    (folder / "mirror.nhdr").write_text(header)
+    save(folder / "mirror.raw", (61, 61, 61),
+         lambda i, j, k: 26 - sqrt((i - 30) ** 2 + (j - 30) ** 2 + (k - 30) ** 2))
+
+
 def write_volumes(folder):
-    for write in (write_floor, write_balls, write_bowl, write_beams, write_lobes):
+    for write in (write_floor, write_balls, write_bowl, write_beams, write_lobes, write_mirror):
         write(folder)
 
 
@@ -144,7 +155,7 @@ class Command:
                 next(words, None)  # every option that the page uses takes a value
             else:
                 inputs.append(word)
-        return self.words[0] == "isolux" and not inputs
+        return self.words[0] == "isolux" and (not inputs or "example:ct-head" in inputs)
 
 
 def page_commands(text):
@@ -213,7 +224,8 @@ def main():
     isolux = str(Path(arguments.isolux).resolve())
     about_head = subprocess.run([isolux, "info"], capture_output=True, text=True, check=True)
     has_scan = "phantom" not in about_head.stdout + about_head.stderr
-    commands = page_commands(PAGE.read_text(encoding="utf-8"))
+    text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    commands = page_commands(text)
     faults, skipped, made = [], [], []
     with tempfile.TemporaryDirectory(prefix="isolux-pictures-") as name:
         folder = Path(name)
@@ -239,7 +251,7 @@ def main():
             Path(arguments.out).mkdir(parents=True, exist_ok=True)
             for picture in made:
                 shutil.copy(folder / picture, Path(arguments.out) / picture)
-    shown = set(re.findall(r"\(pictures/([^)]+)\)", PAGE.read_text(encoding="utf-8")))
+    shown = set(re.findall(r"\(pictures/([^)]+)\)", text))
     listed = {command.picture for command in commands if command.picture}
     kept = {path.name for path in PICTURES.glob("*.png")}
     faults += [f"{picture}: shown on the page, but no command makes it"

@@ -2,8 +2,10 @@
 
 #include <embree3/rtcore.h>
 
+#include "isolux/bench/mesh_file.h"
 #include "isolux/bench/ppm.h"
-#include "mesh_file.h"
+
+using Mesh = isolux::PeerMesh;
 
 struct Vec3f {
   float x, y, z;

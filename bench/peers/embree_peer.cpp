@@ -99,7 +99,7 @@ class EmbreePeer {
   std::string mesh(std::istringstream& words) {
     std::string path;
     words >> path;
-    mesh_ = read_mesh(path);
+    mesh_ = isolux::read_peer_mesh(path);
     const auto begin = Clock::now();
     build();
     return std::to_string(ms_since(begin));

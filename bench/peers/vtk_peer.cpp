@@ -79,7 +79,20 @@ class VtkPeer {
     if (!volume_) throw std::runtime_error("there is no volume; send `volume` first");
     const auto begin = Clock::now();
     showing_->set_iso(volume_, value);
-    return std::to_string(ms_since(begin));
+    const double ms = ms_since(begin);
+    volume_->GetBounds(bounds_.data());
+    return std::to_string(ms);
+  }
+
+  std::string read_mesh_file(std::istringstream& words) {
+    std::string path;
+    words >> path;
+    const Mesh mesh = isolux::read_peer_mesh(path);
+    const auto begin = Clock::now();
+    showing_->set_mesh(mesh);
+    const double ms = ms_since(begin);
+    vtkSmartPointer<vtkPolyData>(*showing_->surface())->GetBounds(bounds_.data());
+    return std::to_string(ms);
   }
 
   std::string write_mesh_file(std::istringstream& words) {
@@ -87,7 +100,7 @@ class VtkPeer {
     words >> path;
     const vtkSmartPointer<vtkPolyData>* surface = showing_->surface();
     if (!surface || !*surface) throw std::runtime_error("there is no mesh");
-    write_mesh(path, mesh_of(*surface));
+    isolux::write_peer_mesh(path, mesh_of(*surface));
     return {};
   }
 
@@ -108,7 +121,9 @@ class VtkPeer {
     const Triple eye = read_triple(words), target = read_triple(words);
     double fov_deg = 0;
     words >> fov_deg;
-    if (!volume_) throw std::runtime_error("there is no volume; send `volume` first");
+    if (!(bounds_[0] <= bounds_[1])) {
+      throw std::runtime_error("there is no surface; send `iso` or `read-mesh` first");
+    }
     vtkCamera* camera = renderer_->GetActiveCamera();
     camera->SetPosition(eye.data());
     camera->SetFocalPoint(target.data());
@@ -138,14 +153,17 @@ class VtkPeer {
     light_->SetPositional(false);
   }
 
-  // From a hand's breadth before the eye, or where the box begins, to where it ends.
+  // From a little before the eye, or where the box begins, to where it ends.
   void set_clipping(const Triple& eye) {
-    double center[3];
-    volume_->GetCenter(center);
-    const double radius = volume_->GetLength() / 2;
-    const double distance = std::hypot(eye[0] - center[0], eye[1] - center[1], eye[2] - center[2]);
-    renderer_->GetActiveCamera()->SetClippingRange(std::max(1.0, distance - 1.05 * radius),
-                                                   distance + 1.05 * radius);
+    double square_size = 0, square_distance = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double low = bounds_[2 * axis], high = bounds_[2 * axis + 1];
+      square_size += (high - low) * (high - low);
+      square_distance += std::pow(eye[axis] - (low + high) / 2, 2);
+    }
+    const double radius = std::sqrt(square_size) / 2, distance = std::sqrt(square_distance);
+    renderer_->GetActiveCamera()->SetClippingRange(
+        std::max(0.007 * radius, distance - 1.05 * radius), distance + 1.05 * radius);
   }
 
   // VTK's rows go from the bottom up.
@@ -174,6 +192,8 @@ class VtkPeer {
 
   std::unique_ptr<Showing> showing_;
   vtkSmartPointer<vtkImageData> volume_;
+  std::array<double, 6> bounds_{0,  -1, 0,
+                                -1, 0,  -1};  ///< of what is shown: low and high of x, y, z
   vtkNew<vtkRenderer> renderer_;
   vtkNew<vtkRenderWindow> window_;
   vtkNew<vtkLight> light_;
@@ -204,6 +224,7 @@ void answer(const std::string& way, int threads) {
                                  {"volume", answering(&VtkPeer::volume)},
                                  {"iso", answering(&VtkPeer::iso)},
                                  {"write-mesh", answering(&VtkPeer::write_mesh_file)},
+                                 {"read-mesh", answering(&VtkPeer::read_mesh_file)},
                                  {"lamp", answering(&VtkPeer::lamp)},
                                  {"headlight", answering(&VtkPeer::headlight)},
                                  {"frame", answering(&VtkPeer::frame)},

@@ -6,14 +6,19 @@
 #include <vtkColorTransferFunction.h>
 #include <vtkDataArray.h>
 #include <vtkFixedPointVolumeRayCastMapper.h>
+#include <vtkFloatArray.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkPiecewiseFunction.h>
 #include <vtkPointData.h>
+#include <vtkPoints.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkVersion.h>
 #include <vtkVolume.h>
+
 #include <vtkVolumeProperty.h>
+#include <algorithm>
+#include <stdexcept>
 
 namespace {
 
@@ -26,6 +31,28 @@ void set_material(Property* property) {
   property->SetDiffuse(.8);
   property->SetSpecular(.3);
   property->SetSpecularPower(40);
+}
+
+vtkSmartPointer<vtkFloatArray> triples_of(const std::vector<float>& values) {
+  auto triples = vtkSmartPointer<vtkFloatArray>::New();
+  triples->SetNumberOfComponents(3);
+  triples->SetNumberOfTuples(static_cast<vtkIdType>(values.size() / 3));
+  std::copy(values.begin(), values.end(), triples->GetPointer(0));
+  return triples;
+}
+
+vtkSmartPointer<vtkPolyData> poly_data_of(const Mesh& mesh) {
+  const vtkNew<vtkPoints> points;
+  points->SetData(triples_of(mesh.positions));
+  const vtkNew<vtkCellArray> cells;
+  for (std::size_t n = 0; n + 2 < mesh.triangles.size(); n += 3) {
+    cells->InsertNextCell({mesh.triangles[n], mesh.triangles[n + 1], mesh.triangles[n + 2]});
+  }
+  auto surface = vtkSmartPointer<vtkPolyData>::New();
+  surface->SetPoints(points);
+  surface->SetPolys(cells);
+  surface->GetPointData()->SetNormals(triples_of(mesh.normals));
+  return surface;
 }
 
 class MeshShowing : public Showing {
@@ -45,6 +72,10 @@ class MeshShowing : public Showing {
     extraction->ComputeScalarsOff();
     extraction->Update();
     surface_ = extraction->GetOutput();
+    mapper_->SetInputData(surface_);
+  }
+  void set_mesh(const Mesh& mesh) override {
+    surface_ = poly_data_of(mesh);
     mapper_->SetInputData(surface_);
   }
   void add_to(vtkRenderer* renderer) override { renderer->AddActor(actor_); }
@@ -110,6 +141,8 @@ std::vector<float> floats_of(vtkDataArray* triples) {
 }
 
 }  // namespace
+
+void Showing::set_mesh(const Mesh&) { throw std::runtime_error("draws no mesh"); }
 
 std::unique_ptr<Showing> make_mesh_showing() { return std::make_unique<MeshShowing>(); }
 

@@ -14,7 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "mesh_file.h"
+#include "isolux/bench/mesh_file.h"
+
+using Mesh = isolux::PeerMesh;
 
 /// What VTK draws of a volume at an iso value. One of three ways a user would take.
 class Showing {
@@ -24,6 +26,8 @@ class Showing {
   /// Makes ready for an iso value, the first frame excepted; the work for it is done here.
   virtual void set_iso(vtkImageData* volume, double iso) = 0;
   virtual void add_to(vtkRenderer* renderer) = 0;
+  /// Shows a mesh in place of a volume's surface. Throws where the way goes over none.
+  virtual void set_mesh(const Mesh& mesh);
   /// The surface, where the way goes over one.
   virtual const vtkSmartPointer<vtkPolyData>* surface() const { return nullptr; }
 };

@@ -7,10 +7,13 @@ import unittest
 from isolux import PROGRAM, USAGE, WORK, TestCase
 from pictures import BLOB_DIMS, blob, grid
 
+MESH_WORKS = ["mesh tree", "mesh frame, raycast", "mesh frame, raster", "incoherent rays on mesh",
+              "shadow rays on mesh"]
 SCENE_WORKS = ["min-max bricks", "visibility", "display", "frame", "incoherent rays",
-               "shadow rays", "lamp moved", "lamp moved, shadows", "new iso value", "first picture"]
+               "shadow rays", "lamp moved", "lamp moved, shadows", "new iso value", "first picture",
+               "extraction", *MESH_WORKS]
 PEER_WORKS = ["orbit", "close view", "inside view", "incoherent rays", "shadow rays", "lamp moved",
-              "new iso value", "first picture", "min-max bricks"]
+              "new iso value", "first picture", "min-max bricks", "extraction", *MESH_WORKS]
 
 # A peer that takes 5 ms for everything and draws black pictures; MODE is its first argument.
 FAKE = """#!/usr/bin/env python3
@@ -24,8 +27,8 @@ for line in sys.stdin:
         with open(words[1], "wb") as file:
             file.write(b"P6\\n16 16\\n255\\n" + bytes(3 * 16 * 16))
     if words[0] == "write-mesh":
-        open(words[1], "w").write("mesh")
-    if words[0] == "read-mesh" and open(words[1]).read() != "mesh":
+        open(words[1], "wb").write(bytes(16))
+    if words[0] == "read-mesh" and len(open(words[1], "rb").read()) < 16:
         print("error no mesh", flush=True)
     print("error tired" if words[0] == FAILS_AT else "ok 5 64 1", flush=True)
 """
@@ -59,7 +62,8 @@ class Bench(TestCase):
         against = {row["work"]: [other["name"] for other in row["against"]]
                    for row in report["rows"] if row["against"]}
         self.assertEqual(against, {"min-max bricks": ["every voxel read once"],
-                                   "lamp moved": ["the same bytes streamed"]})
+                                   "lamp moved": ["the same bytes streamed"],
+                                   "mesh frame, raster": ["raycast"]})
         self.assertTrue(all(row["turns"] == 2 for row in report["rows"]))
 
     def test_the_table_for_a_person_has_the_same_rows(self):
@@ -91,14 +95,16 @@ class Bench(TestCase):
         for row in report["rows"]:
             others = [o["name"] for o in row["against"] if o["name"].startswith("Fake")]
             wanted = {"first picture": [], "min-max bricks": [], "incoherent rays": [embree],
-                      "shadow rays": [embree]}.get(row["work"], [embree, *vtk])
+                      "shadow rays": [embree], "extraction": vtk[:1],
+                      **{work: [embree] for work in MESH_WORKS},
+                      "mesh frame, raster": vtk[:1]}.get(row["work"], [embree, *vtk])
             if row["work"] == "inside view" and row["subject"].startswith("skin"):
                 wanted = [embree, *vtk[:2]]  # the eye is in the body that "step" fills
             self.assertEqual(others, wanted, row["work"])
         orbit = report["rows"][0]["against"][0]
         self.assertEqual((orbit["median"], orbit["p99"], orbit["turns"]), (5, 5, 2))
         self.assertIn("25.0 % hit", orbit["note"])  # 64 of 16x16
-        new_iso = {o["name"]: o["median"] for row in report["rows"][:9]
+        new_iso = {o["name"]: o["median"] for row in report["rows"][:len(PEER_WORKS)]
                    if row["work"] == "new iso value" for o in row["against"]}
         # Extraction and drawing are 5 ms each; Embree's tree over the mesh is 5 ms more.
         self.assertEqual(new_iso, {embree: 15, **{name: 10 for name in vtk}})
@@ -109,9 +115,28 @@ class Bench(TestCase):
         for row in report["rows"]:
             others = {o["name"]: o for o in row["against"]}
             self.assertEqual("other isolux" in others,
-                             row["work"] not in ("first picture", "min-max bricks"), row["work"])
-            if "view" in row["work"]:
+                             row["work"] not in ("first picture", "min-max bricks", "extraction"),
+                             row["work"])
+            if "view" in row["work"] or "frame" in row["work"]:
                 self.assertIn("differs by 0.0 of 255", others["other isolux"]["note"])
+
+    def test_a_mesh_is_timed_with_and_without_peers(self):
+        self.run_isolux("mesh", "phantom:head,size=16", "head.stl", "--iso", "300")
+        report, _ = self.report("head.stl", *SMALL[1:])
+        self.check_rows(report["rows"], MESH_WORKS)
+        self.write_peers()
+        (self.folder / "pictures").mkdir()
+        report, _ = self.report("head.stl", *SMALL[1:], "--peers", "--peers-in", self.folder,
+                                "--against", PROGRAM, "--pictures", "pictures")
+        self.check_rows(report["rows"], MESH_WORKS)
+        for row in report["rows"]:
+            others = {o["name"]: o for o in row["against"]}
+            rival = "Fake mesh" if "raster" in row["work"] else f"Fake {report['threads']}"
+            self.assertEqual(set(others), {rival, "other isolux"})
+            if "frame" in row["work"]:
+                self.assertIn("differs by 0.0 of 255", others["other isolux"]["note"])
+        self.assertIn("head.stl_mesh_frame,_raster_isolux.png",
+                      {path.name for path in (self.folder / "pictures").iterdir()})
 
     def test_slow_peers_and_other_works_take_21_turns_at_most_of_a_long_orbit(self):
         self.write_peers(absent=("volume", "step"))

@@ -36,7 +36,21 @@ SCENES = {
         "size": "40x40", "surface": "iso=0.5,shininess=7.25",
         "light": "directional,to=0.5:-1:0.5"}),
 }
-GIVEN = {"o", "d", "t", "n", "e", "Ia", "specular"}  # printed without numbers to work out
+EFFECTS = {
+    "layers, a mirror and shadows": (["phantom:sphere,size=33"], {
+        "size": "64x64", "surface": ["iso=0.9,kr=0.3:0.2:0.1", "iso=0.3,opacity=0.375"],
+        "light": ["point,at=-40:-90:10,falloff=inverse-square,reference=90",
+                  "directional,to=1:1:0.2"],
+        "shadows": "on", "background": "0.2:0.4:0.6", "camera": "view=left"}),
+    "indirect light": (["blob.nrrd"], {
+        "size": "48x64", "surface": ["iso=300,kd=0.5:0.6:0.7", "iso=0,opacity=0.5"],
+        "light": "point,at=30:-60:20", "ambient": "0.1:0.2:0.3", "shadows": "on",
+        "indirect": "path", "bounces": 3, "spp": 8,
+        "camera": "eye=60:-50:40,target=8:7:6,fov=20"}),
+}
+# Printed without numbers to work out.
+GIVEN = {"V", "E", "E1", "E2", "E3", "background as far as it is seen",
+         "mirror: kr times what the mirrored rays bring", "o", "d", "t", "n", "e", "Ia", "specular"}  # printed without numbers to work out
 
 
 class Explain(TestCase):
@@ -53,15 +67,15 @@ class Explain(TestCase):
         return self.run_isolux("explain", *inputs, "--pixel", "%d,%d" % pixel,
                                *listed(options)).stdout
 
-    def each_scene(self, step):
+    def each_scene(self, step, scenes=SCENES):
         """Inputs, options, and pixels spread over the picture: hits and misses."""
-        for inputs, options in SCENES.values():
+        for inputs, options in scenes.values():
             width, height = map(int, options["size"].split("x"))
             yield inputs, options, [(x, y) for x in range(step // 3, width, step)
                                     for y in range(step // 3, height, step)]
 
     def test_every_printed_step_holds_within_its_printed_digits(self):
-        for inputs, options, pixels in self.each_scene(step=9):
+        for inputs, options, pixels in self.each_scene(9, SCENES | EFFECTS):
             worked_out = 0
             for pixel in pixels:
                 text = self.text(inputs, options, pixel)
@@ -151,6 +165,29 @@ class Explain(TestCase):
                 terms = [seen["ambient"], seen["indirect"], seen["mirror"]]
                 terms += [lamp[key] for lamp in seen["lights"] for key in ("diffuse", "specular")]
                 self.assert_near(seen["total"], [sum(c) for c in zip(*terms)], 1e-14, 1e-15)
+
+    def test_layers_shadows_mirrors_and_indirect_light_add_up_to_the_picture(self):
+        for inputs, options, pixels in self.each_scene(7, EFFECTS):
+            exr = self.exr(*inputs, **options)
+            most_layers, shares = 0, set()
+            for x, y in pixels:
+                seen = self.explained(*inputs, pixel=(x, y), **options)
+                self.assertEqual(seen["hit"], bool(seen["layers"]))
+                most_layers = max(most_layers, len(seen["layers"]))
+                terms = [seen["ambient"], seen["indirect"], seen["mirror"], seen["background"]]
+                terms += [lamp[key] for lamp in seen["lights"] for key in ("diffuse", "specular")]
+                self.assert_near(seen["total"], [sum(c) for c in zip(*terms)], 1e-12, 1e-12)
+                weighted = [[layer["weight"] * c for c in layer["total"]]
+                            for layer in seen["layers"]]
+                weighted += [seen["mirror"], seen["background"]]
+                self.assert_near(seen["total"], [sum(c) for c in zip(*weighted)], 1e-12, 1e-12)
+                for layer in seen["layers"]:
+                    shares |= {round(lamp["visibility"], 6) for lamp in layer["lights"]}
+                for name in ("indirect", "mirror"):
+                    self.assert_near(exr.triple(name, x, y), seen[name], 3e-6, 3e-6, name)
+                self.assert_near(exr.triple("", x, y), seen["total"], 3e-6, 3e-6)
+            self.assertGreater(most_layers, 1)
+            self.assertGreater(len(shares), 1)  # lit, and in shadow or dimmed
 
     def test_json_has_at_least_nine_significant_digits(self):
         seen = self.explained("phantom:sphere", pixel=(30, 25), size="64x64")

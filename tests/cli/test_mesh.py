@@ -143,6 +143,29 @@ class Meshes(TestCase):
                                "--visibility", "raster")
         self.assertIn("drawn as meshes", done.stderr)
 
+    def test_a_mesh_without_normals_is_smoothed_up_to_the_crease(self):
+        self.cube()
+        scene = {"size": "48x48", "camera": "eye=6:-7:8,target=0.5:0.5:0.5"}
+
+        def normals(**options):
+            picture = self.exr("cube.obj", **scene, **options)
+            hits = [p for p in picture.pixels() if picture.at("surface.id", *p) == 0]
+            return {tuple(round(picture.at("normal." + axis, *p), 4) for axis in "XYZ")
+                    for p in hits}
+
+        # The edges of a cube are bent by 90 degrees.
+        self.assertEqual(normals(), {(1, 0, 0), (0, -1, 0), (0, 0, 1)})
+        self.assertEqual(normals(crease=89), normals())
+        self.assertGreater(len(normals(crease=91)), 50)
+        self.run_isolux("mesh", "cube.obj", "smooth.ply", "--crease", "91")
+        told = json.loads(self.run_isolux("info", "smooth.ply", "--json").stdout)
+        self.assertEqual((told["vertices"], told["watertight"]), (8, True))
+        # Its own normals are kept: there is nothing left to smooth.
+        self.refused("render", "smooth.ply", "-o", "a.png", "--crease", "30", status=USAGE,
+                     about="--crease")
+        self.refused("render", "phantom:sphere", "-o", "a.png", "--crease", "30", status=USAGE,
+                     about="--crease")
+
     def test_explain_tells_the_pixel_of_a_painted_mesh(self):
         (self.folder / "m.mtl").write_text("newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0\n")
         (self.folder / "two.obj").write_text(

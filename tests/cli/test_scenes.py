@@ -20,7 +20,7 @@ RICH = {"size": "40x32", "surface": ["iso=0,ka=0.1:0.2:0.3,kd=0.9:0.6:0.5,shinin
         "display": "raw", "exposure": 0.8, "background": "0.1:0.2:0.3"}
 # Shadows, a mirror and a translucent surface.
 EFFECTS = {**RICH, "surface": ["iso=0,kr=0.5:0.4:0.3,opacity=0.6", "iso=300,kr=0.2:0.2:0.2"],
-           "shadows": "on", "background": "0.1:0.2:0.3"}
+           "shadows": "on", "indirect": "path", "spp": 4}
 
 
 class BlobCase(TestCase):
@@ -268,7 +268,7 @@ class SceneFiles(BlobCase):
                         [{"iso": 1, "kr": [1, 1, 2]}], [{"iso": 1, "opacity": 1.5}]],
             "light": [{}, [[]], [{"kind": "spot", "at": [1, 2, 3]}], [{"at": [1, 2, 3]}],
                       [{"kind": "point"}], [{"kind": "point", "at": "1:2:3"}]],
-            "input": ["blob.nrrd", [1], {}, None], "shadows": ["dark", True], "indirect": ["path"],
+            "input": ["blob.nrrd", [1], {}, None], "shadows": ["dark", True], "indirect": ["dark", "transport", True],
             "spp": [4], "clip": [["at=0:0:0,normal=0:0:1"]], "transfer": ["ct-head"],
         }
         for key, values in wrong.items():
@@ -312,6 +312,7 @@ class NoSilentSwitch(BlobCase):
         "light.attach": {"light": "point,at=30:-60:20,attach=camera"},
         "light.falloff": {"light": "point,at=30:-60:20,falloff=inverse-square"},
         "ambient": {"ambient": "0.5:1:1"},
+        "indirect": {"indirect": "path"},
         "visibility": {"visibility": "raster"},
         "camera": {"camera": "eye=60:-50:41,target=8:7:6"},
         "camera.view": {"camera": "view=left"},
@@ -338,6 +339,10 @@ class NoSilentSwitch(BlobCase):
         "mirror-depth": (
             {"surface": "iso=0,kr=1:1:1", "background": "0.5:0.5:0.5", "mirror-depth": 0},
             {"surface": "iso=0,kr=1:1:1", "background": "0.5:0.5:0.5", "mirror-depth": 1}),
+        "bounces": ({"indirect": "path", "bounces": 1}, {"indirect": "path", "bounces": 3}),
+        "spp": ({"indirect": "path", "spp": 4}, {"indirect": "path", "spp": 5}),
+        "error": ({"indirect": "path", "error": 0.5}, {"indirect": "path", "error": 0.01}),
+        "seed": ({"indirect": "path", "seed": 1}, {"indirect": "path", "seed": 2}),
         "camera.height": (
             {"camera": "eye=60:-50:40,target=8:7:6,projection=orthographic,height=20"},
             {"camera": "eye=60:-50:40,target=8:7:6,projection=orthographic,height=21"}),
@@ -347,11 +352,10 @@ class NoSilentSwitch(BlobCase):
                  {"dims": "5x3x2", "type": "i16be", "surface": "iso=9000"}),
     }
     REFUSED = {
-        "indirect": {"indirect": "path"},
-        "bounces": {"bounces": 1}, "spp": {"spp": 4}, "seed": {"seed": 1},
         "transfer": {"transfer": "ct-head"}, "clip": {"clip": "at=0:0:0,normal=0:0:1"},
-        # This input has one volume and is no DICOM; test_formats.py has those that do.
-        "volume": {"volume": 1}, "series": {"series": 1},
+        # This input has one volume, is no DICOM and no mesh; test_formats.py and test_mesh.py have
+        # those that do.
+        "volume": {"volume": 1}, "series": {"series": 1}, "crease": {"crease": 30},
     }
     # Not of the scene: tested where they belong.
     OTHER = {"output", "scene", "save-scene", "again", "threads", "isa", "progress",

@@ -13,7 +13,7 @@ import draw_rooms  # noqa: E402
 ONLY_IN = {
     r"<nifti/nifti2_io\.h>": {"io/nifti_header.cpp"},
     r"<gdcm": {"io/dicom_parse.cpp"},
-    r"<archive(_entry)?\.h>": {"io/read_inv3.cpp", "io/unpacked_zip.cpp",
+    r"<archive(_entry)?\.h>": {"io/read_inv3.cpp", "io/unpacked_archive.cpp",
                                    "io/stored_bytes.cpp"},
     r"<pugixml\.hpp>": {"io/read_inv3.cpp", "io/vti_header.cpp"},
     r"<openssl/": {"io/checksum.cpp"},

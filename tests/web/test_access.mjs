@@ -1,8 +1,8 @@
 // Who may not speak to the server, and what it bears.
 import assert from 'node:assert/strict';
-import { request } from 'node:http';
 import { connect } from 'node:net';
 import { after, before, test } from 'node:test';
+import { ask as askOf, masked, upgrade as upgradeOf, withToken as tokenOf } from './socket.mjs';
 import { patience, startViewer } from './viewer.mjs';
 
 let viewer;
@@ -12,50 +12,9 @@ before(async () => {
 after(() => viewer.remove());
 const check = (name, work) => test(name, { timeout: 4 * patience }, work);
 
-/** The whole answer to a request with any headers. */
-function ask(path, { method = 'GET', headers = {}, body } = {}) {
-  return new Promise((resolve, reject) => {
-    const asked = request({ port: viewer.port, host: '127.0.0.1', path, method, headers }, (reply) => {
-      const parts = [];
-      reply.on('data', (part) => parts.push(part));
-      reply.on('end', () =>
-        resolve({ status: reply.statusCode, headers: reply.headers, body: Buffer.concat(parts) }));
-    });
-    asked.on('upgrade', (reply, socket) => {
-      resolve({ status: reply.statusCode, headers: reply.headers, socket });
-    });
-    asked.on('error', reject);
-    asked.end(body);
-  });
-}
-
-const upgrade = (over = {}) => ({
-  headers: {
-    Host: `127.0.0.1:${viewer.port}`,
-    Origin: viewer.origin,
-    Connection: 'Upgrade',
-    Upgrade: 'websocket',
-    'Sec-WebSocket-Version': '13',
-    'Sec-WebSocket-Key': 'AAAAAAAAAAAAAAAAAAAAAA==',
-    'Sec-WebSocket-Protocol': `isolux.1, ${viewer.token}`,
-    ...over,
-  },
-});
-const withToken = (over = {}) => ({
-  Authorization: `Bearer ${viewer.token}`,
-  Origin: viewer.origin,
-  ...over,
-});
-
-/** A masked WebSocket frame, as a browser would send it. */
-function masked(payload, opcode = 1) {
-  const body = Buffer.from(payload);
-  const head = [0x80 | opcode];
-  if (body.length < 126) head.push(0x80 | body.length);
-  else if (body.length < 65536) head.push(0x80 | 126, body.length >> 8, body.length & 255);
-  else head.push(0x80 | 127, 0, 0, 0, 0, ...[24, 16, 8, 0].map((s) => (body.length >> s) & 255));
-  return Buffer.concat([Buffer.from([...head, 0, 0, 0, 0]), body]);
-}
+const ask = (path, options) => askOf(viewer, path, options);
+const upgrade = (over) => upgradeOf(viewer, over);
+const withToken = (over) => tokenOf(viewer, over);
 
 async function serves() {
   const reply = await ask('/');

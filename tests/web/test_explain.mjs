@@ -1,11 +1,13 @@
 // What the page shows is what the program says elsewhere.
 import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import {
-  closeBrowser, downloaded, isolux, openBrowser, patience, pixels, settled, startViewer, withPage,
+  closeBrowser, downloaded, isolux, openBrowser, patience, pixels, program, savedScene, settled, startViewer,
+  withPage,
 } from './viewer.mjs';
 
 let viewer;
@@ -22,12 +24,6 @@ after(async () => {
 });
 const check = (name, work, options) =>
   test(name, { timeout: 4 * patience }, () => withPage(viewer, name, work, options));
-
-const savedScene = (page) =>
-  downloaded(page, async () => {
-    await page.getByRole('button', { name: /^Save/ }).click();
-    await page.getByRole('button', { name: /^The scene as a file/ }).click();
-  });
 
 check('the settled picture has the very pixels of isolux render', async (page) => {
   // Something else than the beginning: turned, nearer, another iso value and lamp.
@@ -97,7 +93,7 @@ check('a click beside the head says that nothing is met', async (page) => {
 check('pointing at a term shows it alone', async (page) => {
   const box = await page.locator('.picture').boundingBox();
   await page.mouse.click(box.x + 0.5 * box.width, box.y + 0.4 * box.height);
-  await page.getByRole('button', { name: 'specular' }).hover();
+  await page.getByRole('button', { name: 'specular', exact: true }).hover();
   await page.locator('.legend').getByText('Specular alone').waitFor();
   await page.mouse.move(box.x + 8, box.y + 8);
   await page.locator('.legend').waitFor({ state: 'detached' });
@@ -117,7 +113,42 @@ check('a split view shows two layers, and its divider moves', async (page) => {
   await page.mouse.up();
   const moved = await divider.boundingBox();
   assert.ok(Math.abs(moved.x - box.x - 80) < 2);
+  await page.keyboard.press('Control+z'); // the divider
+  assert.ok(Math.abs((await divider.boundingBox()).x - box.x) < 2);
   await page.keyboard.press('Control+z'); // the other layer
   await page.keyboard.press('Control+z'); // the split
   assert.equal(await divider.count(), 0);
+});
+
+check('shadows, mirrors and what is seen through a surface are those of isolux render', async (page) => {
+  await page.getByRole('button', { name: 'Add surface' }).click(); // the skin, about the bone
+  await page.getByRole('slider', { name: 'opacity' }).press('PageDown');
+  await page.getByRole('slider', { name: 'kr mirror', exact: true }).press('PageUp');
+  await page.locator('.picture').press('s');
+  await settled(page);
+  const shown = await pixels(page);
+  const scene = await savedScene(page);
+  const document = JSON.parse(readFileSync(scene, 'utf8'));
+  assert.equal(document.shadows, 'on');
+  assert.ok(document.surface[1].opacity < 1 && document.surface[1].kr[0] > 0);
+  isolux('render', '--scene', scene, '-o', join(folder, 'layers.png'));
+  assert.deepEqual(shown, await pixels(page, readFileSync(join(folder, 'layers.png'))));
+  await page.locator('.picture').press('e');
+  const layers = page.locator('.explain table').first().locator('tbody tr');
+  await layers.nth(1).waitFor();
+  await page.locator('.picture').press('Escape');
+});
+
+check('the copied command makes the very file that is saved', async (page) => {
+  await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
+  await page.locator('.picture').press('ArrowLeft');
+  await page.locator('#lamp-x').press('PageUp');
+  await page.getByRole('button', { name: /^Save/ }).click();
+  await page.getByRole('button', { name: /^Copy as command/ }).click();
+  await page.getByText('Copied the command').waitFor();
+  const command = await page.evaluate(() => navigator.clipboard.readText());
+  const done = spawnSync('sh', ['-c', command.replace(/^isolux /, `'${program}' `)], { cwd: folder });
+  assert.equal(done.status, 0, String(done.stderr));
+  const picture = await downloaded(page, () => page.keyboard.press('Control+s'));
+  assert.ok(readFileSync(picture).equals(readFileSync(join(folder, 'picture.png'))));
 });

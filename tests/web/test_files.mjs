@@ -1,11 +1,11 @@
 // Opening, loading, going away and coming back.
 import assert from 'node:assert/strict';
-import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import {
-  begin, closeBrowser, downloaded, isolux, openBrowser, openPage, patience, pixels, settled, shared,
+  begin, closeBrowser, isolux, openBrowser, openPage, patience, pixels, savedScene, settled, shared,
   startViewer, withPage,
 } from './viewer.mjs';
 
@@ -34,10 +34,7 @@ check('a good file is opened, drawn as isolux render draws it, and undone', asyn
   await page.getByRole('button', { name: 'Scan: ball.nii.gz' }).waitFor();
   await settled(page);
   const shown = await pixels(page);
-  const scene = await downloaded(page, async () => {
-    await page.getByRole('button', { name: /^Save/ }).click();
-    await page.getByRole('button', { name: /^The scene as a file/ }).click();
-  });
+  const scene = await savedScene(page);
   const document = JSON.parse(readFileSync(scene, 'utf8'));
   assert.deepEqual(document.input, ['ball.nii.gz']);
   document.input = [file];
@@ -45,6 +42,58 @@ check('a good file is opened, drawn as isolux render draws it, and undone', asyn
   isolux('render', '--scene', join(folder, 'scene.json'), '-o', join(folder, 'ball.png'));
   assert.deepEqual(shown, await pixels(page, readFileSync(join(folder, 'ball.png'))));
   await page.keyboard.press('Control+z');
+  await page.getByRole('button', { name: 'Scan: phantom:head,size=48' }).waitFor();
+});
+
+/** Whether the settled picture is that of isolux render, with `path` in place of what was dropped. */
+async function isRenderedFrom(page, path) {
+  await settled(page);
+  const shown = await pixels(page);
+  const document = JSON.parse(readFileSync(await savedScene(page), 'utf8'));
+  document.input = [path];
+  writeFileSync(join(folder, 'scene.json'), JSON.stringify(document));
+  isolux('render', '--scene', join(folder, 'scene.json'), '-o', join(folder, 'rendered.png'));
+  assert.deepEqual(shown, await pixels(page, readFileSync(join(folder, 'rendered.png'))));
+  assert.ok(shown.bright > 1000, 'there is something in the picture');
+}
+
+check('loose DICOM slices are one scan, and so is a folder of them', async (page) => {
+  const slices = join(shared, 'data/dicom/ct_head_slicer');
+  const names = readdirSync(slices).sort();
+  await open(page, names.map((name) => join(slices, name)));
+  await page.getByRole('button', { name: `Scan: ${names[0]} and ${names.length - 1} more` }).waitFor();
+  await isRenderedFrom(page, slices);
+  await page.getByTestId('open-folder').setInputFiles(slices);
+  await page.getByRole('button', { name: 'Scan: ct_head_slicer' }).waitFor();
+  await isRenderedFrom(page, slices);
+}, { skip: noShared });
+
+check('a mesh with its materials is opened, drawn as isolux render draws it, and coloured', async (page) => {
+  const meshes = join(shared, 'data/meshes');
+  await open(page, ['cornell_box.obj', 'cornell_box.mtl'].map((name) => join(meshes, name)));
+  await page.getByRole('button', { name: 'Scan: cornell_box.obj and 1 more' }).waitFor();
+  await isRenderedFrom(page, join(meshes, 'cornell_box.obj'));
+  await page.getByRole('slider', { name: 'kd diffuse', exact: true }).press('PageDown');
+  await page.locator('#view-section summary').click();
+  await page.getByRole('radio', { name: 'rasteriser' }).check();
+  await isRenderedFrom(page, join(meshes, 'cornell_box.obj'));
+  const changed = await pixels(page);
+  await page.getByRole('button', { name: /^Back to the file/ }).click();
+  await isRenderedFrom(page, join(meshes, 'cornell_box.obj'));
+  assert.notEqual((await pixels(page)).checksum, changed.checksum);
+}, { skip: noShared });
+
+check('a slow upload shows how far it is, and can be cancelled', async (page) => {
+  const network = await page.context().newCDPSession(page);
+  await network.send('Network.enable');
+  await network.send('Network.emulateNetworkConditions',
+    { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput: 50_000 });
+  await open(page, { name: 'slow.nrrd', mimeType: '', buffer: Buffer.alloc(4_000_000) });
+  const note = page.locator('.note.work');
+  await note.getByText('Opening slow.nrrd: sending').waitFor();
+  await note.getByRole('button', { name: 'Cancel' }).click();
+  await note.waitFor({ state: 'detached' });
+  assert.equal(await page.locator('.note.error').count(), 0);
   await page.getByRole('button', { name: 'Scan: phantom:head,size=48' }).waitFor();
 });
 
@@ -65,10 +114,7 @@ check('a damaged file says what is wrong with it, and the picture stays', async 
 
 check('a saved scene is loaded again, and a wrong one is refused with the reason', async (page) => {
   await page.getByRole('button', { name: 'skin' }).click();
-  const scene = await downloaded(page, async () => {
-    await page.getByRole('button', { name: /^Save/ }).click();
-    await page.getByRole('button', { name: /^The scene as a file/ }).click();
-  });
+  const scene = await savedScene(page);
   await page.getByRole('button', { name: 'bone', exact: true }).click();
   await page.getByTestId('load-scene').setInputFiles(scene);
   await page.getByText(/^Loaded/).waitFor();

@@ -109,3 +109,14 @@ check('Shift makes a slider ten times finer, and Backspace resets it', async (pa
   await intensity.press('Backspace');
   assert.equal(await field.inputValue(), '1');
 });
+
+check('while a lamp moves, its distance from what is seen stands beside it', async (page) => {
+  const distance = page.locator('.lamp-distance');
+  await page.locator('#lamp-y').press('PageDown');
+  await distance.waitFor();
+  const before = Number((await distance.textContent()).replace(' mm', ''));
+  for (let n = 0; n < 3; ++n) await page.locator('#lamp-y').press('PageDown'); // away from the face
+  await settled(page);
+  assert.ok(Number((await distance.textContent()).replace(' mm', '')) > before + 5);
+  await distance.waitFor({ state: 'detached' });
+});

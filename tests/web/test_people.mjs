@@ -93,6 +93,64 @@ check('on a phone the x slider is always there, and the controls open over the p
   assert.notEqual((await pixels(page)).checksum, before.checksum);
 }, phone);
 
+const camera = (page) =>
+  page.evaluate(() => JSON.parse(sessionStorage.getItem('isolux')).edited.scene.camera);
+
+check('two fingers move and zoom, about the point between them', async (page) => {
+  const touch = await page.context().newCDPSession(page);
+  const box = await page.locator('.picture').boundingBox();
+  const [cx, cy] = [box.x + box.width / 2, box.y + box.height / 2];
+  const fingers = (type, ...points) =>
+    touch.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
+  const distance = ({ eye, target }) => Math.hypot(...eye.map((v, n) => v - target[n]));
+  const before = await camera(page);
+  await fingers('touchStart', [cx - 40, cy], [cx + 40, cy]);
+  for (let n = 1; n <= 4; ++n) await fingers('touchMove', [cx - 40 - 10 * n, cy], [cx + 40 + 10 * n, cy]);
+  await fingers('touchEnd');
+  const zoomed = await camera(page);
+  // From 80 to 160 pixels apart: twice as large, about the middle.
+  assert.ok(Math.abs(distance(before) / distance(zoomed) - 2) < 0.02);
+  zoomed.target.forEach((v, n) => assert.ok(Math.abs(v - before.target[n]) < 0.5));
+  await fingers('touchStart', [cx - 40, cy], [cx + 40, cy]);
+  for (let n = 1; n <= 4; ++n) await fingers('touchMove', [cx - 40, cy + 10 * n], [cx + 40, cy + 10 * n]);
+  await fingers('touchEnd');
+  const moved = await camera(page);
+  assert.ok(Math.abs(distance(moved) / distance(zoomed) - 1) < 0.02);
+  assert.ok(moved.target[2] > zoomed.target[2] + 1, 'the picture goes down, the eye up');
+}, phone);
+
+check('at the start the head fills the window, whatever its shape', async (page) => {
+  const part = () => page.evaluate(() => {
+    const canvas = document.querySelector('.picture canvas');
+    const { width, height } = canvas;
+    const { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
+    const different = (x, y) => data[4 * (y * width + x)] !== data[0];
+    const columns = [...Array(width).keys()].filter((x) => [...Array(height).keys()].some((y) => different(x, y)));
+    const rows = [...Array(height).keys()].filter((y) => [...Array(width).keys()].some((x) => different(x, y)));
+    return [(columns.at(-1) - columns[0]) / width, (rows.at(-1) - rows[0]) / height];
+  });
+  for (const shape of [{ width: 1200, height: 500 }, { width: 800, height: 900 }]) {
+    await page.setViewportSize(shape);
+    await settled(page);
+    await page.locator('.picture').press('1');
+    await settled(page);
+    const largest = Math.max(...(await part()));
+    assert.ok(Math.abs(largest - 0.9) < 0.03, `${largest} of ${JSON.stringify(shape)}`);
+  }
+});
+
+check('what a newcomer is told goes away once it was done, for good', async (page) => {
+  const hints = page.locator('.hint-lines li');
+  assert.equal(await hints.count(), 3);
+  await page.locator('.picture').press('e');
+  assert.equal(await hints.count(), 2);
+  await page.reload();
+  await settled(page);
+  assert.equal(await hints.count(), 2);
+  await page.getByRole('button', { name: 'Close these hints' }).click();
+  assert.equal(await hints.count(), 0);
+});
+
 for (const [name, options] of [
   ['dark', { colorScheme: 'dark' }],
   ['light', { colorScheme: 'light' }],

@@ -130,6 +130,13 @@ export const pixels = (page, png) =>
     };
   }, png?.toString('base64'));
 
+/** The scene as the page has it now, written to a file. */
+export const savedScene = (page) =>
+  downloaded(page, async () => {
+    await page.getByRole('button', { name: /^Save/ }).click();
+    await page.getByRole('button', { name: /^The scene as a file/ }).click();
+  });
+
 /** What the page saves when `choose` is done: the path of the file. */
 export async function downloaded(page, choose) {
   const [download] = await Promise.all([page.waitForEvent('download'), choose()]);

@@ -1,6 +1,6 @@
 // Moving the eye, and where a place in the scene lies in the picture.
 import type { FrameCamera } from './frame';
-import type { Bounds, CameraDocument, Vec3 } from './scene';
+import type { Bounds, CameraDocument, Vec3, ViewName } from './scene';
 import { add, cross, dot, length, normalize, rounded, scale, subtract, tidy, turned } from './vectors';
 
 /** A camera that says where its eye is, as moving it makes it. */
@@ -11,6 +11,10 @@ export interface Pose extends CameraDocument {
 }
 
 export const defaultFov = 30;
+/** What the page begins with, and goes back to: a face is not bulged as from near by. */
+export const usualFov = 18;
+/** How much of the picture's width or height is filled. */
+export const fitShare = 0.9;
 const superior: Vec3 = [0, 0, 1];
 
 /** The pose of the camera that the last frame was drawn with. */
@@ -98,6 +102,28 @@ export function zoomed(
   return tidied({ ...pose, target, eye: add(target, scale(factor, back)) });
 }
 
+/**
+ * The pose from which what is seen in `part` of the picture (left, top, right, bottom, in shares)
+ * fills it but for a margin. With perspective it comes near: things grow unevenly.
+ */
+export function fitted(
+  pose: Pose,
+  part: [number, number, number, number],
+  width: number,
+  height: number,
+  bounds: Bounds,
+): Pose {
+  const [left, top, right, bottom] = part;
+  const inMiddle = panned(
+    pose,
+    (0.5 - (left + right) / 2) * width,
+    (0.5 - (top + bottom) / 2) * height,
+    height,
+  );
+  const factor = Math.max(right - left, bottom - top) / fitShare;
+  return zoomed(inMiddle, factor, 0, 0, height, bounds);
+}
+
 /** Another field of view, from where the target looks as large as before. */
 export function withFov(pose: Pose, fov: number): Pose {
   const half = (deg: number) => Math.tan((deg * Math.PI) / 360);
@@ -157,4 +183,20 @@ export function unprojected(camera: FrameCamera, aspect: number, point: ScreenPo
       ),
     ),
   );
+}
+
+const facing: [ViewName, Vec3][] = [
+  ['front', [0, -1, 0]],
+  ['back', [0, 1, 0]],
+  ['left', [1, 0, 0]],
+  ['right', [-1, 0, 0]],
+  ['top', [0, 0, 1]],
+  ['bottom', [0, 0, -1]],
+];
+
+/** The named view that looks along the same line, if there is one. */
+export function viewOf(camera: CameraDocument | undefined): ViewName | undefined {
+  if (!camera?.eye || !camera.target) return camera?.view ?? 'front';
+  const back = normalize(subtract(camera.eye, camera.target));
+  return facing.find(([, towards]) => dot(back, towards) > 0.99999)?.[0];
 }

@@ -1,12 +1,20 @@
 import { type Frame, parseFrame } from './frame';
-import type { Bounds, InputReport, Layer, Scene, Vec3 } from './scene';
+import type { Bounds, InputReport, Layer, Option, Scene, Vec3 } from './scene';
 
 export interface Hello {
   version: string;
   scene: Scene;
   bounds: Bounds;
   inputs: InputReport[];
-  options: string[];
+  /** Those that this version honours, by name; of a record's fields as "surface.kr". */
+  options: Record<string, Option>;
+  layers: Layer[];
+}
+
+/** How far the settled picture is. */
+export interface Progress {
+  label: string;
+  share: number;
 }
 
 export interface ViewWish {
@@ -34,6 +42,14 @@ export interface LightExplanation {
   specular: Vec3;
 }
 
+/** One of the surfaces that a pixel shows, nearest first; its terms before they are weighted. */
+export interface ExplainedLayer {
+  surface: number;
+  opacity: number;
+  weight: number;
+  total: Vec3;
+}
+
 export interface Explanation {
   pixel: [number, number];
   hit: boolean;
@@ -44,10 +60,14 @@ export interface Explanation {
   ambient: Vec3;
   ambient_light: Vec3;
   lights: LightExplanation[];
+  layers: ExplainedLayer[];
   indirect: Vec3;
   mirror: Vec3;
+  background: Vec3;
   total: Vec3;
   display: Vec3;
+  /** Where something was met: the nearest layer's coefficients at that point. */
+  material?: { ka: Vec3; kd: Vec3; ks: Vec3; shininess: number };
 }
 
 export interface Described {
@@ -58,6 +78,7 @@ export interface Described {
 export interface Listener {
   onHello(hello: Hello): void;
   onFrame(frame: Frame): void;
+  onProgress(progress: Progress): void;
   onError(message: string): void;
   onConnected(connected: boolean): void;
 }
@@ -86,6 +107,11 @@ export class Connection {
   /** Asks for a picture; the next wish takes its place if it has not been begun. Its number. */
   view(wish: ViewWish): number {
     return this.send({ type: 'view', ...wish });
+  }
+
+  /** The settled picture that is being drawn is not wanted any more. */
+  stop(): void {
+    this.send({ type: 'stop' });
   }
 
   explain(scene: Scene, pixel: [number, number]): Promise<Explanation> {
@@ -129,6 +155,10 @@ export class Connection {
     const message = JSON.parse(data) as { type: string; id: number; message: string };
     if (message.type === 'hello') {
       this.listener.onHello(message as unknown as Hello);
+      return;
+    }
+    if (message.type === 'progress') {
+      this.listener.onProgress(message as unknown as Progress);
       return;
     }
     const asked = this.waiting.get(message.id);

@@ -1,5 +1,6 @@
 // Asking why a pixel has its colour, and asking again when the scene changes.
 import { effect } from '@preact/signals';
+import { used } from './hints';
 import { tellError } from './notes';
 import { connection } from './server';
 import { drawn, explained, explaining } from './state';
@@ -12,6 +13,7 @@ let at: [number, number] | null = null; // in shares of the picture
 export function askAbout(x: number, y: number): void {
   at = [Math.min(0.9999, Math.max(0, x)), Math.min(0.9999, Math.max(0, y))];
   explaining.value = true;
+  used('explain');
   void ask();
 }
 

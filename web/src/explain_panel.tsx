@@ -1,7 +1,7 @@
 import { useEffect, useRef } from 'preact/hooks';
 import type { Explanation, LightExplanation } from './connection';
 import { askAbout, stopExplaining } from './explain';
-import { fixed } from './numbers';
+import { fixed, shortNumber } from './numbers';
 import { tell } from './notes';
 import type { Layer, Scene, Vec3 } from './scene';
 import { drawn, explained, lamp, peek } from './state';
@@ -47,10 +47,11 @@ function terms(why: Explanation): Term[] {
     { layer: 'ambient', name: 'ambient', kind: 'ambient', value: why.ambient },
     { layer: 'diffuse', name: 'diffuse', kind: 'diffuse', value: sum('diffuse') },
     { layer: 'specular', name: 'specular', kind: 'specular', value: sum('specular') },
-    { layer: null, name: 'indirect', kind: 'indirect', value: why.indirect },
-    { layer: null, name: 'mirror', kind: 'mirror', value: why.mirror },
+    { layer: 'indirect', name: 'indirect', kind: 'indirect', value: why.indirect },
+    { layer: 'mirror', name: 'mirror', kind: 'mirror', value: why.mirror },
+    { layer: null, name: 'background', kind: 'background', value: why.background },
   ];
-  return all.filter(({ layer, value }) => layer !== null || value.some((v) => v !== 0));
+  return all.filter(({ value }, n) => n < 3 || value.some((v) => v !== 0));
 }
 
 /** The sums of one lamp in one channel, with the numbers put in. */
@@ -61,8 +62,9 @@ function numbersPutIn(
   c: number,
   name: string,
 ): string {
-  const material = scene.surface[why.surface];
-  if (!material) return '';
+  const { material } = why;
+  const nearest = why.layers[0];
+  if (!material || !nearest) return '';
   const light = scene.light[lamp.value];
   const intensity = light ? light.intensity * (light.color[c] ?? 0) : 1;
   const share = one.falloff * one.visibility;
@@ -73,7 +75,7 @@ function numbersPutIn(
     I_{\mathrm{${name}}} ={}& ${tinted('ambient', `${n3(material.ka[c] ?? 0)} \\cdot ${n3(why.ambient_light[c] ?? 0)}`)}
     + ${tinted('diffuse', `${n3(material.kd[c] ?? 0)} \\cdot ${n3(intensity)} \\cdot ${n3(Math.max(0, one.cos_theta))}${factor}`)}\\
     &+ ${tinted('specular', `${n3(material.ks[c] ?? 0)} \\cdot ${n3(intensity)} \\cdot ${phong}${factor}`)}${why.lights.length > 1 ? String.raw`\\&+ \text{other lamps}` : ''}\\
-    ={}& ${n3(why.total[c] ?? 0)} \end{aligned}`;
+    ={}& ${n3(nearest.total[c] ?? 0)} \end{aligned}`;
 }
 
 /** One sum for each channel, or a single one where all three are the same. */
@@ -152,6 +154,39 @@ function TermTable({ all, total }: { all: Term[]; total: Vec3 }) {
   );
 }
 
+/** What is seen through what: each layer counts by its opacity and what those before let through. */
+function Layers({ why }: { why: Explanation }) {
+  if (why.layers.length === 1 && why.layers[0]?.weight === 1) return null;
+  return (
+    <table class="terms">
+      <thead>
+        <tr>
+          <th scope="col">layer</th>
+          <th scope="col">weight</th>
+          {channels.map((name) => (
+            <th key={name} scope="col">
+              {name}
+            </th>
+          ))}
+        </tr>
+      </thead>
+      <tbody>
+        {why.layers.map((one, n) => (
+          <tr key={n}>
+            <th scope="row">
+              {n + 1}: opacity {shortNumber(one.opacity)}
+            </th>
+            <td>{fixed(one.weight)}</td>
+            {one.total.map((v, c) => (
+              <td key={c}>{fixed(v)}</td>
+            ))}
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}
+
 function asText(why: Explanation): string {
   const row = (name: string, v: readonly number[]) => `${name} = (${v.map((x) => x.toPrecision(9)).join(', ')})`;
   return [
@@ -168,6 +203,9 @@ function asText(why: Explanation): string {
       row('  diffuse', one.diffuse),
       row('  specular', one.specular),
     ]),
+    row('mirror', why.mirror),
+    row('indirect', why.indirect),
+    row('background', why.background),
     row('total', why.total),
   ].join('\n');
 }
@@ -197,6 +235,14 @@ function Hit({ why, scene }: { why: Explanation; scene: Scene }) {
             <br />
             <span class="r">r</span>·<span class="e">e</span> = cos φ = {fixed(one.cos_phi)}{' '}
             <small>φ = {degrees(one.cos_phi)}</small>
+            {one.visibility < 1 && (
+              <>
+                <br />
+                <small>
+                  In shadow: V = {fixed(one.visibility)} of the lamp’s light comes through.
+                </small>
+              </>
+            )}
             {one.cos_theta <= 0 && (
               <>
                 <br />
@@ -209,6 +255,7 @@ function Hit({ why, scene }: { why: Explanation; scene: Scene }) {
           ))}
         </>
       )}
+      <Layers why={why} />
       <Bars all={all} total={why.total} />
       <TermTable all={all} total={why.total} />
       <p class="hint">

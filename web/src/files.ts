@@ -2,9 +2,10 @@
 import { batch } from '@preact/signals';
 import { tell, tellError, withNote } from './notes';
 import type { InputReport, Scene } from './scene';
-import { connection, withSurround } from './server';
+import { connection, start } from './server';
 import { beginWith, bounds, drawn, hello, inputs, pictureSize } from './state';
-import { download, type Opened, openFile, savedPicture } from './transfer';
+import { packed } from './tar';
+import { download, type Opened, openFile, savedPicture, type Sent } from './transfer';
 
 const mostSceneBytes = 256 << 10;
 
@@ -13,27 +14,60 @@ const startOf = (opened: Opened): void =>
     inputs.value = opened.inputs;
     bounds.value = opened.bounds;
     opening.set(opened.scene.input[0] ?? '', opened);
-    beginWith(withSurround(opened.scene));
+    start(opened.scene);
   });
 
 /** How dropped files began, to go back to them. */
 const opening = new Map<string, Opened>();
 
-export async function openFiles(files: File[]): Promise<void> {
-  const [file, ...others] = files;
+/** Several files are one scan: slices, a header with its voxels, a mesh with its textures. */
+function sentOf(files: File[], folder: string | undefined): Sent {
+  const [file, ...others] = files as [File, ...File[]];
+  if (others.length === 0) return { bytes: file, name: file.name, isPacked: false };
+  const name = folder || `${file.name} and ${others.length} more`;
+  return { bytes: packed(files), name, isPacked: true };
+}
+
+/** @param folder  its name, where all of them came in one. */
+export async function openFiles(files: File[], folder = files[0]?.webkitRelativePath.split('/')[0]): Promise<void> {
+  const [file] = files;
   if (!file) return;
-  if (others.length > 0) {
-    tell(`${files.length} files: one at a time is opened; put a series of slices into one zip`, 'error');
-    return;
-  }
-  if (file.name.endsWith('.json')) return loadScene(file);
-  const opened = await withNote(`Opening ${file.name}`, (progress, signal) =>
-    openFile(file, progress, signal),
-  );
+  if (files.length === 1 && file.name.endsWith('.json')) return loadScene(file);
+  const sent = sentOf(files, folder);
+  const opened = await withNote(`Opening ${sent.name}`, (progress, signal) => openFile(sent, progress, signal));
   if (!opened) return;
   startOf(opened);
   const report = opened.inputs.at(-1);
-  for (const note of report?.notes ?? []) tell(`${file.name}: ${note}`, 'news');
+  for (const note of report?.notes ?? []) tell(`${report?.input}: ${note}`, 'news');
+}
+
+async function filesIn(entry: FileSystemEntry): Promise<File[]> {
+  if (entry.isFile) {
+    return [await new Promise<File>((resolve, reject) => (entry as FileSystemFileEntry).file(resolve, reject))];
+  }
+  const reader = (entry as FileSystemDirectoryEntry).createReader();
+  const all: File[] = [];
+  while (true) {
+    // A reader gives a part of the entries at a time, and none when there are no more.
+    const some = await new Promise<FileSystemEntry[]>((resolve, reject) => reader.readEntries(resolve, reject));
+    if (some.length === 0) return all;
+    all.push(...(await Promise.all(some.map(filesIn))).flat());
+  }
+}
+
+/** Files and folders that were dropped on the page. */
+export async function openDropped(data: DataTransfer): Promise<void> {
+  const entries = [...data.items].map((item) => item.webkitGetAsEntry()).filter((one) => one !== null);
+  const plain = [...data.files]; // both lists are gone once the event is over
+  try {
+    if (entries.length === 0) return await openFiles(plain);
+    const files = (await Promise.all(entries.map(filesIn))).flat().filter(({ name }) => !name.startsWith('.'));
+    const [only] = entries;
+    if (files.length === 0) throw new Error(`${only?.name}: is an empty folder; drop one with a scan in it`);
+    await openFiles(files, entries.length === 1 && only?.isDirectory ? only.name : undefined);
+  } catch (error) {
+    tellError(error);
+  }
 }
 
 /** Goes back to an input that is open. */
@@ -48,7 +82,7 @@ export function startAgain(): void {
   if (!said) return;
   batch(() => {
     bounds.value = said.bounds;
-    beginWith(withSurround(said.scene));
+    start(said.scene);
   });
 }
 
@@ -60,7 +94,6 @@ export async function loadScene(file: File): Promise<void> {
     const input = read.input?.length ? read.input : (drawn.value?.input ?? []);
     const { scene } = await connection.describe({ ...read, input });
     if (!scene.light) scene.light = [];
-    if (!scene.surface?.length) throw new Error(`${file.name}: names no surface; add "surface"`);
     beginWith(scene);
     tell(`Loaded ${file.name}`, 'news');
   } catch (error) {
@@ -71,8 +104,8 @@ export async function loadScene(file: File): Promise<void> {
 export function savePicture(format: 'png' | 'exr', size: [number, number]): void {
   const scene = drawn.value;
   if (!scene) return;
-  void withNote(`Drawing ${size[0]} × ${size[1]}`, async (_, signal) => {
-    const picture = await savedPicture({ ...scene, size }, format, signal);
+  void withNote(`Drawing ${size[0]} × ${size[1]}`, async (progress, signal) => {
+    const picture = await savedPicture({ ...scene, size }, format, progress, signal);
     download(picture, `isolux.${format}`);
   });
 }

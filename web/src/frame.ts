@@ -24,9 +24,13 @@ export interface FrameHeader {
   lengths: number[];
   legends: (Legend | null)[];
   camera: FrameCamera;
+  /** Where surfaces are met: left, top, right and bottom in shares of the picture. */
+  seen: [number, number, number, number] | null;
+  /** Of what is seen, the point nearest to the chosen lamp, and how many mm away it is. */
+  foot: { position: Vec3; distance: number } | null;
   lights: { point: boolean; place: Vec3 }[];
   ms: { trace: number; light: number; encode: number };
-  counters: { skip_structure: number; visibility: number; lighting: number; display: number };
+  counters: Record<'skip_structure' | 'visibility' | 'shadows' | 'lighting' | 'display', number>;
 }
 
 export interface Frame {

@@ -1,9 +1,10 @@
 // The hand on the picture: turn, move, zoom, put the lamp on the surface, ask about a pixel.
 import { orbited, panned, zoomed } from './camera';
 import { askAbout } from './explain';
-import { atWorldPlace } from './lamps';
+import { atHandPlace } from './lamps';
+import { used } from './hints';
 import { connection } from './server';
-import { bounds, editLight, editPose, frame, light, mainInput } from './state';
+import { bounds, editLight, editPose, frame, light, mainVolume } from './state';
 import { add, scale } from './vectors';
 
 const radiansAcross = Math.PI; // a drag over the picture's smaller side
@@ -27,16 +28,17 @@ async function lampOver(x: number, y: number): Promise<void> {
   picking = true;
   try {
     const picked = await connection.pick([x, y]);
-    const input = mainInput.value;
     const camera = frame.value?.camera;
-    if (!picked.hit || !input || !camera || !light.value) return;
+    if (!picked.hit || !camera || !light.value) return;
+    used('surface');
     const { position, normal } = picked;
     editLight('place', (old) =>
-      atWorldPlace(
+      atHandPlace(
         old,
         old.kind === 'point' ? add(position, scale(lampHeight * bounds.value.radius, normal)) : normal,
-        input,
+        mainVolume.value,
         camera,
+        bounds.value,
       ),
     );
   } catch {

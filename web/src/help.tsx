@@ -15,6 +15,8 @@ const hands: [string, string][] = [
 const keys = (): [string, string][] => [
   ['1 … 6', 'front, back, left, right, top, bottom'],
   ['arrows, + −', 'turn and zoom, with the picture in focus'],
+  ['Shift+arrows', 'move it'],
+  ['F', 'fit it to the window'],
   ['L', 'next lamp'],
   ['X Y Z, then arrows', 'move the lamp'],
   ...(honours('shadows') ? ([['S', 'shadows']] as [string, string][]) : []),

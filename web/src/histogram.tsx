@@ -1,10 +1,11 @@
 // How often each value stands in the volume, on a logarithmic scale, and where the surfaces cut it.
 import { useRef } from 'preact/hooks';
 import { hexOf } from './colors';
+import { colorOf } from './materials';
 import { shortNumber } from './numbers';
-import type { InputReport, Surface } from './scene';
+import type { Surface, VolumeReport } from './scene';
 import { surface } from './state';
-import { colorOf, inputOf, nameOf } from './surface_panel';
+import { inputOf, nameOf } from './surface_panel';
 
 const width = 300;
 const height = 56;
@@ -22,13 +23,14 @@ function outline(histogram: number[]): string {
 function Handle(props: {
   one: Surface;
   n: number;
-  input: InputReport;
+  input: VolumeReport;
   valueAt: (clientX: number) => number;
   onMove: (iso: number) => void;
 }) {
   const { one, n, input } = props;
   const range = input.max - input.min || 1;
-  const share = Math.min(1, Math.max(0, (one.iso - input.min) / range));
+  const iso = one.iso ?? 0;
+  const share = Math.min(1, Math.max(0, (iso - input.min) / range));
   return (
     <div
       class={n === surface.value ? 'handle chosen' : 'handle'}
@@ -37,8 +39,8 @@ function Handle(props: {
       aria-label={`Iso value of surface ${n + 1}, ${nameOf(one)}`}
       aria-valuemin={input.min}
       aria-valuemax={input.max}
-      aria-valuenow={one.iso}
-      style={{ left: `${100 * share}%`, '--color': hexOf(colorOf(one)) }}
+      aria-valuenow={iso}
+      style={{ left: `${100 * share}%`, '--color': hexOf(colorOf(one, input)) }}
       onFocus={() => {
         surface.value = n;
       }}
@@ -57,7 +59,7 @@ function Handle(props: {
         event.preventDefault();
         const by = (range / 400) * steps * (event.shiftKey ? 0.1 : 1);
         const fine = range > 100 ? Math.round : (v: number) => v;
-        props.onMove(fine(Math.min(input.max, Math.max(input.min, one.iso + by))));
+        props.onMove(fine(Math.min(input.max, Math.max(input.min, iso + by))));
       }}
     />
   );
@@ -65,7 +67,7 @@ function Handle(props: {
 
 export function Histogram(props: {
   list: Surface[];
-  input: InputReport;
+  input: VolumeReport;
   onMove: (n: number, iso: number) => void;
 }) {
   const { input } = props;

@@ -31,6 +31,12 @@ export function changed<State>(
   return { past, present, future: [], about, at: now };
 }
 
+/** The present state is replaced; the step that led to it now leads to the new one. */
+export const amended = <State>(history: History<State>, present: State): History<State> => ({
+  ...history,
+  present,
+});
+
 export function undone<State>(history: History<State>): History<State> {
   const present = history.past.at(-1);
   if (present === undefined) return history;

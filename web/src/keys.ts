@@ -1,14 +1,17 @@
 // The keyboard, wherever no field wants it.
 import { moveBy, stopExplaining } from './explain';
 import { saveHere } from './files';
-import { turn, zoom } from './gestures';
+import { pan, turn, zoom } from './gestures';
+import { besideIndirect } from './light_panel';
+import { setOption } from './option_control';
 import { viewNames } from './scene';
-import { editScene, explained, explaining, helpOpen, honours, lamp, redo, scene, undo } from './state';
+import { explained, explaining, helpOpen, honours, lamp, redo, scene, undo } from './state';
 import { toggleSplit } from './top_bar';
-import { setView } from './view_panel';
+import { fitHere, setView } from './view_panel';
 
 const turnStep = Math.PI / 36;
 const zoomStep = 1.1;
+const panStep = 0.05; // of the picture's height
 
 const arrows: Record<string, [number, number]> = {
   ArrowLeft: [-1, 0],
@@ -25,7 +28,8 @@ function focusAxis(axis: string): void {
 
 function toggle(option: string, on: string): void {
   if (!honours(option)) return;
-  editScene('', (old) => ({ ...old, [option]: old[option] === on ? 'off' : on }));
+  const to = scene.value?.[option] === on ? 'off' : on;
+  setOption(option, to, '', option === 'indirect' ? besideIndirect(to) : []);
 }
 
 const pressed: Record<string, () => void> = {
@@ -37,8 +41,9 @@ const pressed: Record<string, () => void> = {
   y: () => focusAxis('y'),
   z: () => focusAxis('z'),
   s: () => toggle('shadows', 'on'),
-  i: () => toggle('indirect', 'transport'),
+  i: () => toggle('indirect', 'path'),
   e: () => (explaining.value ? stopExplaining() : moveBy(0, 0)),
+  f: fitHere,
   o: () => document.querySelector<HTMLInputElement>('[data-testid=open-file]')?.click(),
   '/': toggleSplit,
   '?': () => {
@@ -65,6 +70,8 @@ function withArrow(event: KeyboardEvent): boolean {
   if (explained.value) {
     const by = event.shiftKey ? 20 : 1;
     moveBy(by * dx, by * dy);
+  } else if (event.shiftKey) {
+    pan(-panStep * dx, -panStep * dy, 1);
   } else {
     turn(turnStep * dx, turnStep * dy);
   }

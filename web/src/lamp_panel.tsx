@@ -1,8 +1,10 @@
 import { Choice, ColorField, Menu, MenuItem, NumberRow } from './controls';
-import { inSpace, ofKind, placeOf, presets, sliderRange, type Space, spaceOf, withPlace } from './lamps';
-import { type Light, newLight, type Vec3 } from './scene';
-import { bounds, editLight, editScene, frame, lamp, light, mainInput, scene } from './state';
-import { add, scale } from './vectors';
+import {
+  inSpace, ofKind, placeOf, placeStep, pointAt, presets, sliderRange, type Space, spaceOf, withPlace,
+} from './lamps';
+import type { Light, Vec3 } from './scene';
+import { bounds, editLight, editScene, frame, lamp, light, mainVolume, scene } from './state';
+import { tidy } from './vectors';
 
 const axes = ['x', 'y', 'z'] as const;
 const axisHints: Record<Space, [string, string, string]> = {
@@ -14,9 +16,8 @@ const axisHints: Record<Space, [string, string, string]> = {
 /** One axis of the chosen lamp's place; x is what the lecture moves. */
 export function PlaceRow({ axis, id }: { axis: 0 | 1 | 2; id: string }) {
   const document = light.value;
-  const input = mainInput.value;
-  if (!document || !input) return null;
-  const [low, high] = sliderRange(document, axis, bounds.value, input);
+  if (!document) return null;
+  const [low, high] = sliderRange(document, axis, bounds.value, mainVolume.value);
   const space = spaceOf(document);
   const directional = document.kind === 'directional';
   const place = placeOf(document);
@@ -31,9 +32,9 @@ export function PlaceRow({ axis, id }: { axis: 0 | 1 | 2; id: string }) {
       value={place[axis]}
       low={low}
       high={high}
-      step={directional ? 0.01 : 1}
+      step={placeStep(document, bounds.value)}
       unit={directional ? '' : space === 'voxel' ? 'vx' : 'mm'}
-      usual={directional ? 0 : Math.round((low + high) / 2)}
+      usual={tidy((low + high) / 2)}
       onChange={(value) =>
         editLight('place', (old) => {
           const moved = [...placeOf(old)] as Vec3;
@@ -46,6 +47,12 @@ export function PlaceRow({ axis, id }: { axis: 0 | 1 | 2; id: string }) {
   );
 }
 
+const spaces: { value: Space; label: string; hint: string }[] = [
+  { value: 'mm', label: 'mm', hint: 'millimetres in the patient' },
+  { value: 'voxel', label: 'voxel', hint: 'voxel indices, as in the lecture' },
+  { value: 'camera', label: 'camera', hint: 'fixed to the camera: goes with the view' },
+];
+
 function addLight(one: Light): void {
   editScene('', (old) => ({ ...old, light: [...old.light, one] }));
   lamp.value = (scene.value?.light.length ?? 1) - 1;
@@ -56,10 +63,7 @@ function removeLight(n: number): void {
   lamp.value = Math.max(0, n - 1);
 }
 
-const newLamp = (): Light => ({
-  ...newLight,
-  at: add(bounds.value.center, scale(bounds.value.radius, [0.6, -0.9, 0.4])).map(Math.round) as Vec3,
-});
+const newLamp = (): Light => pointAt(bounds.value, [0.6, -0.9, 0.4]);
 
 function Lamps({ lights }: { lights: Light[] }) {
   return (
@@ -90,10 +94,10 @@ function Lamps({ lights }: { lights: Light[] }) {
 export function LampPanel() {
   const lights = scene.value?.light ?? [];
   const document = light.value;
-  const input = mainInput.value;
+  const volume = mainVolume.value;
   const camera = frame.value?.camera;
-  if (!input) return null;
   const reference = document?.reference ?? 1000;
+  const step = document ? placeStep(document, bounds.value) : 1;
   const inverseSquare = document?.falloff === 'inverse-square';
   return (
     <>
@@ -127,19 +131,15 @@ export function LampPanel() {
               ]}
               onChange={(kind) =>
                 camera &&
-                editLight('', (old) => ofKind(old, kind, bounds.value, input, camera))
+                editLight('', (old) => ofKind(old, kind, bounds.value, volume, camera))
               }
             />
             <Choice
               name="Where its numbers count"
               value={spaceOf(document)}
-              choices={[
-                { value: 'mm', label: 'mm', hint: 'millimetres in the patient' },
-                { value: 'voxel', label: 'voxel', hint: 'voxel indices, as in the lecture' },
-                { value: 'camera', label: 'camera', hint: 'fixed to the camera: goes with the view' },
-              ]}
+              choices={spaces.filter(({ value }) => volume || value !== 'voxel')}
               onChange={(space) =>
-                camera && editLight('', (old) => inSpace(old, space, input, camera))
+                camera && editLight('', (old) => inSpace(old, space, volume, camera))
               }
             />
           </div>
@@ -154,7 +154,7 @@ export function LampPanel() {
                       const { reference: _reference, ...rest } = old;
                       return inverseSquare
                         ? { ...rest, falloff: 'none' }
-                        : { ...rest, falloff: 'inverse-square', reference: Math.round(bounds.value.radius) };
+                        : { ...rest, falloff: 'inverse-square', reference: tidy(bounds.value.radius) };
                     })
                   }
                 />
@@ -170,9 +170,9 @@ export function LampPanel() {
               name="Distance of full intensity"
               hint="where the intensity is as it says"
               value={reference}
-              low={1}
-              high={Math.round(4 * bounds.value.radius)}
-              step={1}
+              low={step}
+              high={tidy(4 * bounds.value.radius)}
+              step={step}
               unit="mm"
               onChange={(value) =>
                 editLight('reference', (old) => ({ ...old, reference: Math.max(0.001, value) }))
@@ -198,12 +198,12 @@ export function LampPanel() {
           </>
         )}
         <Menu label="Presets">
-          {presets.map((preset) => (
+          {presets.filter((one) => volume || !one.needsVolume).map((preset) => (
             <MenuItem
               key={preset.name}
               hint={preset.hint}
               onChoose={() => {
-                editScene('', (old) => ({ ...old, light: preset.lights(bounds.value, input) }));
+                editScene('', (old) => ({ ...old, light: preset.lights(bounds.value, volume) }));
                 lamp.value = 0;
               }}
             >

@@ -1,6 +1,6 @@
 // How to read false colours: a strip of them with its two ends.
 import { divider, edited, frame, peek } from './state';
-import { layerNames, type Layer } from './scene';
+import { layerName, type Layer } from './scene';
 import type { Legend as LegendData } from './frame';
 import { shortNumber } from './numbers';
 
@@ -9,7 +9,7 @@ function Legend({ layer, legend, at }: { layer: Layer; legend: LegendData | null
   const unit = legend?.unit ? ' ' + legend.unit : '';
   return (
     <div class={'legend ' + at}>
-      <span>{layerNames[layer]}</span>
+      <span>{layerName(layer)}</span>
       {legend && (
         <span class="scale">
           {shortNumber(legend.low)}

@@ -1,6 +1,7 @@
 import { ColorField, NumberRow } from './controls';
+import { OptionControl } from './option_control';
 import type { Scene, Vec3 } from './scene';
-import { editScene, honours, scene } from './state';
+import { editScene, scene } from './state';
 import { add, largest, scale } from './vectors';
 
 /** What Ia is where the scene does not say: the sum of the lights' intensities. */
@@ -45,29 +46,25 @@ function Ambient({ now }: { now: Scene }) {
   );
 }
 
-/** A switch for an option that this version of the program honours; else nothing. */
-function Switch({ now, option, label }: { now: Scene; option: string; label: string }) {
-  if (!honours(option)) return null;
-  const on = now[option] === 'on';
-  return (
-    <label class="check">
-      <input
-        type="checkbox"
-        checked={on}
-        onChange={() => editScene('', (old) => ({ ...old, [option]: on ? 'off' : 'on' }))}
-      />
-      {label}
-    </label>
-  );
+/** Options of indirect light that have no meaning beside a method of it. */
+export function besideIndirect(method: unknown): string[] {
+  if (method === 'path') return [];
+  return method === 'off' ? ['bounces', 'spp', 'error', 'seed'] : ['spp', 'error', 'seed'];
 }
 
 export function LightPanel() {
   const now = scene.value;
   if (!now) return null;
+  const mirrors = now.surface.some((one) => one.kr?.some((v) => v > 0));
+  const indirect = now.indirect !== undefined && now.indirect !== 'off';
   return (
     <>
-      <Switch now={now} option="shadows" label="shadows" />
+      <OptionControl name="shadows" label="shadows" />
       <Ambient now={now} />
+      {mirrors && <OptionControl name="mirror-depth" label="mirrors" usualHigh={8} />}
+      <OptionControl name="indirect" label="indirect" without="transport" drops={besideIndirect} />
+      {indirect && <OptionControl name="bounces" label="bounces" usual={2} usualHigh={8} />}
+      {now.indirect === 'path' && <OptionControl name="spp" label="samples" usual={64} usualHigh={1024} />}
     </>
   );
 }

@@ -4,14 +4,16 @@ import { render } from 'preact';
 import { Section } from './controls';
 import { token } from './connection';
 import { ExplainPanel } from './explain_panel';
-import { openFiles } from './files';
+import { openDropped } from './files';
+import { HintLines } from './hint_lines';
 import { Help } from './help';
 import { listenToKeys } from './keys';
 import { LampPanel, PlaceRow } from './lamp_panel';
 import { LightPanel } from './light_panel';
 import { dismiss, notes } from './notes';
 import { Picture } from './picture';
-import { connected, explained, frame, hello } from './state';
+import { connection } from './server';
+import { connected, explained, frame, hello, refining } from './state';
 import { SurfacePanel } from './surface_panel';
 import { TopBar } from './top_bar';
 import { ViewPanel } from './view_panel';
@@ -90,6 +92,30 @@ function Notes() {
   );
 }
 
+/** Whether the picture is the exact one; a long way there can be cut short. */
+function Settling({ settled }: { settled: boolean }) {
+  const progress = refining.value;
+  const stopped = useSignal(false);
+  if (settled) return <span>settled</span>;
+  if (!progress) return <span>{stopped.value ? 'coarse: refining was stopped' : 'refining'}</span>;
+  return (
+    <span>
+      refining: {progress.label} {Math.round(100 * progress.share)} %{' '}
+      <button
+        type="button"
+        class="stop"
+        onClick={() => {
+          connection.stop();
+          refining.value = null;
+          stopped.value = true;
+        }}
+      >
+        Stop
+      </button>
+    </span>
+  );
+}
+
 function Status() {
   const now = frame.value;
   if (!token) return <footer class="status">Open the whole URL that isolux view printed, with its # part.</footer>;
@@ -106,7 +132,7 @@ function Status() {
       </span>
       {now.ms.light > 0.05 && <span>lit in {ms(now.ms.light)}</span>}
       {now.ms.trace > 0.05 && <span>traced in {ms(now.ms.trace)}</span>}
-      <span>{now.settled ? 'settled' : 'refining'}</span>
+      <Settling settled={now.settled} />
     </footer>
   );
 }
@@ -126,14 +152,15 @@ function Page() {
       onDrop={(event) => {
         event.preventDefault();
         dropping.value = false;
-        void openFiles([...(event.dataTransfer?.files ?? [])]);
+        if (event.dataTransfer) void openDropped(event.dataTransfer);
       }}
     >
       <TopBar />
       <main class="stage">
         <Picture />
+        <HintLines />
         <Notes />
-        {dropping.value && <p class="drop-hint">Drop a scan: a file, or a zip of DICOM slices</p>}
+        {dropping.value && <p class="drop-hint">Drop a scan or a mesh: a file, several, or a folder</p>}
       </main>
       <Dock />
       <Status />

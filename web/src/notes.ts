@@ -35,12 +35,13 @@ export const tellError = (error: unknown): void => {
 /** Shows a piece of work while it lasts, with a way to end it, and tells what went wrong. */
 export async function withNote<Result>(
   text: string,
-  work: (progress: (share: number) => void, signal: AbortSignal) => Promise<Result>,
+  work: (progress: (share: number, label?: string) => void, signal: AbortSignal) => Promise<Result>,
 ): Promise<Result | undefined> {
   const id = ++lastId;
   const controller = new AbortController();
-  const update = (share?: number) => {
-    const note: Note = { id, text, kind: 'work', cancel: () => controller.abort() };
+  const update = (share?: number, label?: string) => {
+    const said = label ? `${text}: ${label}` : text;
+    const note: Note = { id, text: said, kind: 'work', cancel: () => controller.abort() };
     if (share !== undefined) note.share = share;
     notes.value = [...notes.value.filter((one) => one.id !== id), note];
   };

@@ -1,10 +1,12 @@
 // What is drawn over the picture: lamps that can be dragged, and the vectors of an explanation.
 import type { ComponentChildren } from 'preact';
 import { projected, type ScreenPoint, unprojected } from './camera';
-import { atWorldPlace, placeOf } from './lamps';
+import { atHandPlace, placeOf } from './lamps';
+import { used } from './hints';
+import { shortNumber } from './numbers';
 import type { Vec3 } from './scene';
 import {
-  bounds, drawn, editLight, explained, frame, lamp, mainInput, pictureSize, scene,
+  bounds, drawn, editLight, explained, frame, lamp, lampMoves, mainVolume, pictureSize, scene,
 } from './state';
 import { add, cross, dot, length, normalize, scale, subtract, turned } from './vectors';
 
@@ -24,6 +26,31 @@ function handlePlace(n: number): Vec3 | undefined {
   return one.point ? one.place : add(center, scale(0.9 * radius, normalize(one.place)));
 }
 
+/** From the lamp to what it is nearest to, of what is seen; or towards the middle. */
+function LampLine({ x, y }: { x: number; y: number }) {
+  const camera = frame.value?.camera;
+  const foot = frame.value?.foot;
+  if (!camera) return null;
+  const seen = foot && projected(camera, aspect(), foot.position);
+  const middle = projected(camera, aspect(), bounds.value.center) ?? { x: 0.5, y: 0.5 };
+  const end = seen || { x: x + 0.55 * (middle.x - x), y: y + 0.55 * (middle.y - y) };
+  return (
+    <>
+      <line class="lamp-line" x1={percent(x)} y1={percent(y)} x2={percent(end.x)} y2={percent(end.y)} />
+      {seen && (
+        <svg x={percent(seen.x)} y={percent(seen.y)}>
+          <circle class="lamp-foot" r="3" />
+        </svg>
+      )}
+      {foot && lampMoves.value && (
+        <text class="lamp-distance" x={percent((x + end.x) / 2)} y={percent((y + end.y) / 2)}>
+          {shortNumber(foot.distance)} mm
+        </text>
+      )}
+    </>
+  );
+}
+
 function Lamp({ n }: { n: number }) {
   const document = scene.value?.light[n];
   const camera = frame.value?.camera;
@@ -31,7 +58,6 @@ function Lamp({ n }: { n: number }) {
   if (!document || !camera || !place) return null;
   const seen = projected(camera, aspect(), place);
   if (!seen) return null;
-  const middle = projected(camera, aspect(), bounds.value.center) ?? { x: 0.5, y: 0.5 };
   const x = clamp(seen.x);
   const y = clamp(seen.y);
   const chosen = n === lamp.value;
@@ -41,6 +67,7 @@ function Lamp({ n }: { n: number }) {
     begin.stopPropagation();
     begin.preventDefault();
     lamp.value = n;
+    used('lamp');
     const handle = begin.currentTarget as SVGElement;
     handle.setPointerCapture(begin.pointerId);
     const box = handle.closest('.picture')!.getBoundingClientRect();
@@ -53,13 +80,12 @@ function Lamp({ n }: { n: number }) {
         depth: start.depth,
       };
       const world = unprojected(camera, aspect(), point);
-      const input = mainInput.value;
-      if (!input) return;
+      const volume = mainVolume.value;
       const { center } = bounds.value;
       editLight('place', (old) =>
         old.kind === 'point'
-          ? atWorldPlace(old, world, input, camera)
-          : atWorldPlace(old, normalize(subtract(world, center)), input, camera), n);
+          ? atHandPlace(old, world, volume, camera, bounds.value)
+          : atHandPlace(old, normalize(subtract(world, center)), volume, camera, bounds.value), n);
     };
     handle.addEventListener('pointermove', move);
     handle.addEventListener('lostpointercapture', () =>
@@ -69,15 +95,7 @@ function Lamp({ n }: { n: number }) {
   const at = placeOf(document).map((v) => Math.round(v * 10) / 10).join(', ');
   return (
     <>
-      {chosen && (
-        <line
-          class="lamp-line"
-          x1={percent(x)}
-          y1={percent(y)}
-          x2={percent(x + 0.55 * (middle.x - x))}
-          y2={percent(y + 0.55 * (middle.y - y))}
-        />
-      )}
+      {chosen && <LampLine x={x} y={y} />}
       <svg class={chosen ? 'lamp chosen' : 'lamp'} x={percent(x)} y={percent(y)} onPointerDown={drag}>
         <title>{`Lamp ${n + 1} at ${at}: drag me`}</title>
         <circle class="touch" r="22" />

@@ -4,7 +4,7 @@ import { followGestures } from './gestures';
 import { Legends } from './legend';
 import { Overlay } from './overlay';
 import { paintWith } from './server';
-import { divider, edited, explaining, pictureSize } from './state';
+import { divider, edit, edited, explaining, pictureSize } from './state';
 
 const mostPixels = 1 << 24;
 
@@ -38,11 +38,14 @@ function observeSize(place: HTMLElement): () => void {
   return () => observer.disconnect();
 }
 
+const split = (at: number): void =>
+  edit('divider', (now) => ({ ...now, divider: Math.min(0.98, Math.max(0.02, at)) }));
+
 function Divider() {
   const move = (event: PointerEvent) => {
     if (!event.buttons) return;
     const box = (event.currentTarget as HTMLElement).parentElement?.getBoundingClientRect();
-    if (box) divider.value = Math.min(0.98, Math.max(0.02, (event.clientX - box.left) / box.width));
+    if (box) split((event.clientX - box.left) / box.width);
   };
   const percent = Math.round(100 * divider.value);
   return (
@@ -64,7 +67,7 @@ function Divider() {
         if (!step) return;
         event.preventDefault();
         event.stopPropagation();
-        divider.value = Math.min(0.98, Math.max(0.02, divider.value + step));
+        split(divider.value + step);
       }}
     >
       <span class="grip" />
@@ -84,23 +87,23 @@ export function Picture() {
     const stop = [observeSize(place.current!), followGestures(place.current!)];
     return () => stop.forEach((one) => one());
   }, []);
-  const split = edited.value?.other != null;
+  const isSplit = edited.value?.other != null;
   return (
     <div
       class={explaining.value ? 'picture explaining' : 'picture'}
       ref={place}
       tabIndex={0}
       role="application"
-      aria-label="The picture. Arrow keys turn it, plus and minus zoom, question mark for help"
+      aria-label="The picture. Arrow keys turn it, with Shift they move it, plus and minus zoom, question mark for help"
     >
       <canvas ref={left} />
       <canvas
         ref={right}
-        hidden={!split}
+        hidden={!isSplit}
         style={{ clipPath: `inset(0 0 0 ${100 * divider.value}%)` }}
       />
       <Overlay />
-      {split && <Divider />}
+      {isSplit && <Divider />}
       <Legends />
     </div>
   );

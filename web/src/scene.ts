@@ -3,15 +3,16 @@
 
 export type Vec3 = [number, number, number];
 
+/** What a mesh leaves out is as its file has it; an isosurface has everything. */
 export interface Surface {
-  iso: number;
+  iso?: number;
   input?: number;
-  ka: Vec3;
-  kd: Vec3;
-  ks: Vec3;
-  kr: Vec3;
-  shininess: number;
-  opacity: number;
+  ka?: Vec3;
+  kd?: Vec3;
+  ks?: Vec3;
+  kr?: Vec3;
+  shininess?: number;
+  opacity?: number;
 }
 
 export interface Light {
@@ -55,7 +56,10 @@ export interface Scene {
 }
 
 /** What the server says of an opened input. */
-export interface InputReport {
+export type InputReport = VolumeReport | MeshReport;
+
+export interface VolumeReport {
+  kind: 'volume';
   input: string;
   format: string;
   dims: Vec3;
@@ -72,25 +76,48 @@ export interface InputReport {
   world_from_index: [Vec3, Vec3, Vec3, Vec3];
 }
 
+export interface MeshReport {
+  kind: 'mesh';
+  input: string;
+  format: string;
+  triangles: number;
+  colors: boolean;
+  materials: { ka: Vec3; kd: Vec3; ks: Vec3; shininess: number; texture?: [number, number] }[];
+  notes: string[];
+}
+
+/** A row of the program's table of options. */
+export interface Option {
+  sentence: string;
+  unit: string;
+  choices: string[];
+  low: number | null;
+  high: number | null;
+  default?: unknown;
+}
+
 export interface Bounds {
   center: Vec3;
   radius: number;
 }
 
-export const layers = [
-  'picture', 'ambient', 'diffuse', 'specular', 'cos-theta', 'cos-phi', 'normal', 'depth',
-] as const;
-export type Layer = (typeof layers)[number];
-export const layerNames: Record<Layer, string> = {
+/** A layer that can be shown, as the server calls it. */
+export type Layer = string;
+
+const layerNames: Record<string, string> = {
   picture: 'Picture',
   ambient: 'Ambient alone',
   diffuse: 'Diffuse alone',
   specular: 'Specular alone',
+  indirect: 'Indirect alone',
+  mirror: 'Mirror alone',
+  direct: 'Direct only',
   'cos-theta': 'cos θ (n · l)',
   'cos-phi': 'cos φ (r · e)',
   normal: 'Normals',
   depth: 'Depth',
 };
+export const layerName = (layer: Layer): string => layerNames[layer] ?? layer;
 
 export const newLight: Light = {
   kind: 'point',
@@ -101,7 +128,7 @@ export const newLight: Light = {
   falloff: 'none',
 };
 
-export const newSurface: Omit<Surface, 'iso'> = {
+export const newSurface: Required<Omit<Surface, 'iso' | 'input'>> = {
   ka: [0.1, 0.1, 0.1],
   kd: [0.8, 0.8, 0.8],
   ks: [0.3, 0.3, 0.3],

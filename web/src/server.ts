@@ -1,12 +1,14 @@
 // Keeps the server's picture and the page's state together.
 import { batch, effect } from '@preact/signals';
+import { usualFov } from './camera';
 import { Connection } from './connection';
+import { fit, fitAsked, fitTo } from './fit';
 import type { Frame } from './frame';
 import { begun } from './history';
 import { tell } from './notes';
 import {
   beginWith, bounds, connected, drawn, edited, frame, hello, history, inputs, keptState, lamp,
-  peek, surround,
+  peek, refining, surround,
 } from './state';
 import type { Layer, Scene } from './scene';
 
@@ -32,20 +34,33 @@ export const connection = new Connection({
       if (history.value) return; // the server was away; the state is still here
       const kept = keptState(said.scene);
       if (kept) history.value = begun(kept);
-      else beginWith(withSurround(said.scene));
+      else start(said.scene);
     });
     wish();
   },
   onFrame: (arrived) => void show(arrived),
+  onProgress: (progress) => {
+    refining.value = progress;
+  },
   onError: (message) => tell(message, 'error'),
   onConnected: (now) => {
     connected.value = now;
+    refining.value = null;
+    // What another server drew is no settled picture of this one.
+    if (!now && frame.value) frame.value = { ...frame.value, settled: false };
   },
 });
 
-/** Where nobody asked for a background, the picture goes over into what surrounds it. */
-export const withSurround = (scene: Scene): Scene =>
-  scene.background.every((v) => v === 0) ? { ...scene, background: surround() } : scene;
+/**
+ * Begins with a scene as the program would draw it, made for a window: what nobody asked for is
+ * chosen here. The picture goes over into what surrounds it, and fills the window.
+ */
+export function start(scene: Scene): void {
+  const inWindow = scene.background.every((v) => v === 0) ? { ...scene, background: surround() } : scene;
+  if (scene.camera) return beginWith(inWindow);
+  beginWith({ ...inWindow, camera: { view: 'front', projection: 'perspective', fov: usualFov } });
+  fit();
+}
 
 async function show({ header, pictures }: Frame): Promise<void> {
   // Exactly the bytes that were sent: no colour management between here and the canvas.
@@ -58,9 +73,12 @@ async function show({ header, pictures }: Frame): Promise<void> {
     newestDrawn = header.id;
     batch(() => {
       frame.value = header;
+      refining.value = null;
+      // Better the last picture for a moment than one that jumps.
+      if (fitTo(header)) return;
       paint(header, decoded);
+      measure(header.id);
     });
-    measure(header.id);
   }
   for (const one of decoded) one.close();
 }
@@ -86,11 +104,15 @@ function send(settled: boolean, since: number): void {
   const scene = drawn.value;
   if (!scene) return;
   const id = connection.view({ scene, show: shownLayers(), light: lamp.value, settled });
-  if (id) asked.set(id, since);
+  if (!id) return;
+  asked.set(id, since);
+  fitAsked(id);
 }
 
 /** Asks for the picture of what the state is now: soon, and when it stays so, exactly. */
 function wish(): void {
+  const shown = frame.peek();
+  if (shown?.settled) frame.value = { ...shown, settled: false }; // it is of what was before
   clearTimeout(settling);
   settling = window.setTimeout(() => send(true, performance.now()), settle_ms);
   if (scheduled) return;

@@ -2,11 +2,14 @@
 // server or is about the page itself.
 import { batch, computed, effect, signal } from '@preact/signals';
 import { poseOf, type Pose } from './camera';
+import { withoutHidden } from './hidden';
 import { linearOf } from './colors';
-import type { Explanation, Hello } from './connection';
+import type { Explanation, Hello, Progress } from './connection';
 import type { FrameHeader } from './frame';
-import { begun, changed, type History, redone, undone } from './history';
-import type { Bounds, InputReport, Layer, Light, Scene, Surface, Vec3 } from './scene';
+import { amended, begun, changed, type History, redone, undone } from './history';
+import type {
+  Bounds, InputReport, Layer, Light, Scene, Surface, Vec3, VolumeReport,
+} from './scene';
 
 export interface Edited {
   scene: Scene;
@@ -15,6 +18,8 @@ export interface Edited {
   show: Layer;
   /** The other half of a split view. */
   other: Layer | null;
+  /** Where the divider of a split view stands, as a share of the width. */
+  divider: number;
 }
 
 export const hello = signal<Hello | null>(null);
@@ -27,31 +32,34 @@ export const frame = signal<FrameHeader | null>(null);
 export const pictureSize = signal<[number, number]>([0, 0]);
 export const lamp = signal(0);
 export const surface = signal(0);
-/** Where the divider of a split view stands, as a share of the width. */
-export const divider = signal(0.5);
+/** How far the settled picture is, where it takes its time. */
+export const refining = signal<Progress | null>(null);
 /** A layer that is shown only while something is pointed at. */
 export const peek = signal<Layer | null>(null);
 export const explaining = signal(false);
 export const explained = signal<Explanation | null>(null);
 export const helpOpen = signal(false);
+/** Whether a lamp is on its way: its distance is of interest then. */
+export const lampMoves = signal(false);
 
 export const edited = computed(() => history.value?.present ?? null);
 export const scene = computed(() => edited.value?.scene ?? null);
 export const light = computed(() => scene.value?.light[lamp.value]);
-/** The input that sliders in voxels, histograms and presets are about. */
-export const mainInput = computed(() => {
-  const name = scene.value?.input[0];
-  return inputs.value.find((input) => input.input === name) ?? inputs.value[0];
-});
-export const honours = (option: string): boolean => hello.value?.options.includes(option) ?? false;
+export const divider = computed(() => edited.value?.divider ?? 0.5);
+export const reportOf = (name: string | undefined): InputReport | undefined =>
+  inputs.value.find((input) => input.input === name);
+/** The volume that lamps in voxels and new surfaces are about: the first, as everywhere. */
+export const mainVolume = computed(() =>
+  scene.value?.input.map(reportOf).find((one): one is VolumeReport => one?.kind === 'volume'),
+);
+export const honours = (option: string): boolean => option in (hello.value?.options ?? {});
 
 /** The scene as the server is to draw it now. */
 export const drawn = computed((): Scene | null => {
   const now = edited.value;
   const [width, height] = pictureSize.value;
   if (!now || !width || !height) return null;
-  const visible = now.scene.surface.filter((_, n) => !now.hidden.includes(n));
-  return { ...now.scene, surface: visible, size: [width, height] };
+  return { ...withoutHidden(now.scene, now.hidden, inputs.value), size: [width, height] };
 });
 
 export function edit(about: string, change: (now: Edited) => Edited): void {
@@ -63,11 +71,30 @@ export function edit(about: string, change: (now: Edited) => Edited): void {
 export const editScene = (about: string, change: (scene: Scene) => Scene): void =>
   edit(about, (now) => ({ ...now, scene: change(now.scene) }));
 
-export const editLight = (about: string, change: (light: Light) => Light, n = lamp.value): void =>
+/** Puts a better state in the place of the present one, without a step of its own. */
+export function amend(change: (now: Edited) => Edited): void {
+  if (history.value) history.value = amended(history.value, change(history.value.present));
+}
+
+let lampRests = 0;
+const lampRest_ms = 1200;
+
+/** A lamp's place has changed, by whatever hand. */
+export function lampMoved(): void {
+  lampMoves.value = true;
+  clearTimeout(lampRests);
+  lampRests = window.setTimeout(() => {
+    lampMoves.value = false;
+  }, lampRest_ms);
+}
+
+export function editLight(about: string, change: (light: Light) => Light, n = lamp.value): void {
+  if (about === 'place') lampMoved();
   editScene(`light ${n} ${about}`, (old) => ({
     ...old,
     light: old.light.map((one, at) => (at === n ? change(one) : one)),
   }));
+}
 
 export const editSurface = (about: string, n: number, change: (surface: Surface) => Surface): void =>
   editScene(`surface ${n} ${about}`, (old) => ({
@@ -106,7 +133,7 @@ export const surround = (): Vec3 =>
 
 /** Begins anew with a scene: one step that can be undone, if there was one before. */
 export function beginWith(start: Scene): void {
-  const state: Edited = { scene: start, hidden: [], show: 'picture', other: null };
+  const state: Edited = { scene: start, hidden: [], show: 'picture', other: null, divider: 0.5 };
   batch(() => {
     const now = history.value;
     history.value = now ? changed(now, state, '', performance.now()) : begun(state);

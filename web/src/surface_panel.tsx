@@ -1,56 +1,34 @@
+import { CoefficientRow } from './coefficient_row';
 import { ColorField, NumberRow } from './controls';
+import { inputNumber } from './hidden';
 import { Histogram } from './histogram';
-import { newSurface, type InputReport, type Surface, type Vec3 } from './scene';
-import { edit, edited, editScene, editSurface, honours, inputs, mainInput, scene, surface } from './state';
-import { largest, scale } from './vectors';
-
-/** The colour of a surface is that of its diffuse coefficient at full strength. */
-export const colorOf = (one: Surface): Vec3 => {
-  const strength = largest(one.kd);
-  return strength > 0 ? scale(1 / strength, one.kd) : [1, 1, 1];
-};
-
-const four = (v: Vec3): Vec3 => v.map((x) => Number(x.toFixed(4))) as Vec3;
-
-/** The same strengths of ka and kd in another colour. */
-const withColor = (one: Surface, color: Vec3): Surface => {
-  const full = scale(1 / (largest(color) || 1), color);
-  return { ...one, kd: four(scale(largest(one.kd), full)), ka: four(scale(largest(one.ka), full)) };
-};
-
-const withStrength = (one: Surface, key: 'ka' | 'kd' | 'ks' | 'kr', strength: number): Surface => {
-  const now = largest(one[key]);
-  const color: Vec3 = now > 0 ? scale(1 / now, one[key]) : key === 'ks' || key === 'kr' ? [1, 1, 1] : colorOf(one);
-  return { ...one, [key]: four(scale(strength, color)) };
-};
-
-const coefficients = [
-  { key: 'ka', label: 'ka ambient', hint: 'ka Ia: light that comes evenly from everywhere' },
-  { key: 'kd', label: 'kd diffuse', hint: 'kd I max(0, n · l): Lambert’s term, matt' },
-  { key: 'ks', label: 'ks specular', hint: 'ks I max(0, r · e)ˢ: Phong’s highlight' },
-  { key: 'kr', label: 'kr mirror', hint: 'kr times what the mirrored eye ray sees' },
-] as const;
+import { colorOf, materialOf, withColor } from './materials';
+import { newSurface, type InputReport, type Surface, type VolumeReport } from './scene';
+import {
+  edit, edited, editScene, editSurface, honours, inputs, mainVolume, reportOf, scene, surface,
+} from './state';
 
 export const inputOf = (one: Surface): InputReport | undefined => {
-  const name = scene.value?.input[(one.input ?? 1) - 1];
-  return inputs.value.find((input) => input.input === name) ?? mainInput.value;
+  const names = scene.value?.input ?? [];
+  return reportOf(names[inputNumber(one, names, inputs.value)]);
 };
 
-/** "bone", "skin", or "iso 300". */
+/** "bone", "skin", "custom", or what the mesh is called. */
 export function nameOf(one: Surface): string {
   const input = inputOf(one);
-  const at = input?.suggested_iso.indexOf(one.iso) ?? -1;
-  return input?.suggested_iso_names[at] ?? 'custom';
+  if (input?.kind !== 'volume') return input?.input.split('/').pop() ?? 'mesh';
+  const at = input.suggested_iso.indexOf(one.iso ?? NaN);
+  return input.suggested_iso_names[at] ?? 'custom';
 }
 
 function addSurface(): void {
   const list = scene.value?.surface ?? [];
-  const input = mainInput.value;
+  const input = mainVolume.value;
   if (!input) return;
   const taken = list.map((one) => one.iso);
   const fresh = input.suggested_iso.find((iso) => !taken.includes(iso));
   const iso = fresh ?? Math.round(((list.at(-1)?.iso ?? 0) + input.max) / 2);
-  editScene('', (old) => ({ ...old, surface: [...old.surface, { ...newSurface, iso }] }));
+  editScene('', (old) => ({ ...old, surface: [...old.surface, { iso, ...newSurface }] }));
   surface.value = list.length;
 }
 
@@ -86,12 +64,12 @@ function Surfaces({ list }: { list: Surface[] }) {
                 surface.value = n;
               }}
             >
-              {nameOf(one)} <small>{Math.round(one.iso * 100) / 100}</small>
+              {nameOf(one)} <small>{one.iso === undefined ? 'mesh' : Math.round(one.iso * 100) / 100}</small>
             </button>
             <ColorField
               name={`Colour of surface ${n + 1}`}
-              value={colorOf(one)}
-              onChange={(color) => editSurface('color', n, (old) => withColor(old, color))}
+              value={colorOf(one, inputOf(one))}
+              onChange={(color) => editSurface('color', n, (old) => withColor(old, inputOf(old), color))}
             />
             <button
               type="button"
@@ -101,14 +79,75 @@ function Surfaces({ list }: { list: Surface[] }) {
             >
               {isHidden ? 'Show' : 'Hide'}
             </button>
-            <button type="button" disabled={list.length === 1} onClick={() => removeSurface(n)}
-              aria-label={`Remove surface ${n + 1}`}>
-              ×
-            </button>
+            {one.iso !== undefined && (
+              <button type="button" disabled={list.length === 1} onClick={() => removeSurface(n)}
+                aria-label={`Remove surface ${n + 1}`}>
+                ×
+              </button>
+            )}
           </li>
         );
       })}
     </ul>
+  );
+}
+
+/** Where a surface of a volume lies. */
+function IsoValue({ one, n, input, list }: { one: Surface; n: number; input: VolumeReport; list: Surface[] }) {
+  const iso = one.iso ?? 0;
+  const step = (input.max - input.min) / 400;
+  const setIso = (to: number) =>
+    editSurface('iso', n, (old) => ({ ...old, iso: Math.min(input.max, Math.max(input.min, to)) }));
+  return (
+    <>
+      <Histogram list={list} input={input} onMove={(at, to) => {
+        surface.value = at;
+        editSurface('iso', at, (old) => ({ ...old, iso: to }));
+      }} />
+      <NumberRow
+        id="iso"
+        label="iso value"
+        hint="the surface lies where the volume has this value"
+        value={iso}
+        low={input.min}
+        high={input.max}
+        step={step > 1 ? Math.round(step) : step}
+        unit={input.units ?? ''}
+        usual={input.suggested_iso[0] ?? iso}
+        onChange={setIso}
+      />
+      <div class="line" role="group" aria-label="Iso values worth trying">
+        {input.suggested_iso.map((suggested, at) => (
+          <button key={suggested} type="button" aria-pressed={iso === suggested} onClick={() => setIso(suggested)}>
+            {input.suggested_iso_names[at]}
+          </button>
+        ))}
+        <button type="button" onClick={addSurface}>
+          Add surface
+        </button>
+      </div>
+    </>
+  );
+}
+
+/** What a mesh file says of its material holds until something else is said here. */
+function FileMaterial({ one, n, input }: { one: Surface; n: number; input: InputReport }) {
+  if (input.kind !== 'mesh') return null;
+  const { iso: _iso, input: number, ...said } = one;
+  const many = input.colors || input.materials.length > 1 || input.materials.some(({ texture }) => texture);
+  const isChanged = Object.keys(said).length > 0;
+  if (!isChanged) {
+    return many ? <p class="hint">The file has colours of its own; what you set here takes their place.</p> : null;
+  }
+  return (
+    <div class="line">
+      <button
+        type="button"
+        onClick={() => editSurface('', n, () => (number === undefined ? {} : { input: number }))}
+      >
+        Back to the file’s own material
+      </button>
+    </div>
   );
 }
 
@@ -118,66 +157,34 @@ export function SurfacePanel() {
   const one = list[n];
   const input = one && inputOf(one);
   if (!one || !input) return null;
-  const step = (input.max - input.min) / 400;
-  const setIso = (iso: number) =>
-    editSurface('iso', n, (old) => ({
-      ...old,
-      iso: Math.min(input.max, Math.max(input.min, iso)),
-    }));
+  const material = materialOf(one, input);
+  const usual = materialOf({}, input);
   return (
     <>
-      <Histogram list={list} input={input} onMove={(at, iso) => {
-        surface.value = at;
-        editSurface('iso', at, (old) => ({ ...old, iso }));
-      }} />
-      <NumberRow
-        id="iso"
-        label="iso value"
-        hint="the surface lies where the volume has this value"
-        value={one.iso}
-        low={input.min}
-        high={input.max}
-        step={step > 1 ? Math.round(step) : step}
-        unit={input.units ?? ''}
-        usual={input.suggested_iso[0] ?? one.iso}
-        onChange={setIso}
-      />
-      <div class="line" role="group" aria-label="Iso values worth trying">
-        {input.suggested_iso.map((iso, at) => (
-          <button key={iso} type="button" aria-pressed={one.iso === iso} onClick={() => setIso(iso)}>
-            {input.suggested_iso_names[at]}
-          </button>
-        ))}
-        <button type="button" onClick={addSurface}>
-          Add surface
-        </button>
-      </div>
+      {input.kind === 'volume' && <IsoValue one={one} n={n} input={input} list={list} />}
       <Surfaces list={list} />
-      {coefficients
-        .filter(({ key }) => honours('surface.' + key))
-        .map(({ key, label, hint }) => (
-          <NumberRow
+      {(['ka', 'kd', 'ks', 'kr'] as const)
+        .filter((key) => honours('surface.' + key))
+        .map((key) => (
+          <CoefficientRow
             key={key}
-            label={label}
-            hint={hint}
-            value={largest(one[key])}
-            low={0}
-            high={1}
-            step={0.01}
-            usual={largest(newSurface[key])}
-            onChange={(value) => editSurface(key, n, (old) => withStrength(old, key, value))}
+            which={key}
+            value={material[key]}
+            usual={usual[key]}
+            color={colorOf(one, input)}
+            onChange={(to) => editSurface(key, n, (old) => ({ ...old, [key]: to }))}
           />
         ))}
       <NumberRow
         label="shininess"
         hint="Phong’s exponent: the larger, the smaller the highlight"
-        value={one.shininess}
+        value={material.shininess}
         low={1}
         high={1000}
         step={1}
         logarithmic
         open
-        usual={newSurface.shininess}
+        usual={usual.shininess}
         onChange={(value) =>
           editSurface('shininess', n, (old) => ({ ...old, shininess: Math.max(0, value) }))
         }
@@ -186,7 +193,7 @@ export function SurfacePanel() {
         <NumberRow
           label="opacity"
           hint="how much of what lies behind it hides"
-          value={one.opacity}
+          value={material.opacity}
           low={0}
           high={1}
           step={0.01}
@@ -194,6 +201,7 @@ export function SurfacePanel() {
           onChange={(opacity) => editSurface('opacity', n, (old) => ({ ...old, opacity }))}
         />
       )}
+      <FileMaterial one={one} n={n} input={input} />
     </>
   );
 }

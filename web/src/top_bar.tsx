@@ -1,22 +1,39 @@
-import { useRef } from 'preact/hooks';
+import type { TargetedEvent } from 'preact';
+import { useEffect, useRef } from 'preact/hooks';
 import { Choice, Menu, MenuItem } from './controls';
 import {
   copyCommand, goTo, loadScene, openFiles, saveHere, savePicture, saveScene, startAgain,
 } from './files';
-import { layerNames, layers, type Layer } from './scene';
-import { edit, edited, helpOpen, history, inputs, pictureSize, redo, scene, undo } from './state';
+import { layerName, type InputReport, type Layer } from './scene';
+import {
+  edit, edited, hello, helpOpen, history, inputs, pictureSize, redo, scene, undo,
+} from './state';
 import { signal } from '@preact/signals';
 
 const saveFormat = signal<'png' | 'exr'>('png');
+
+const layers = (): Layer[] => hello.value?.layers ?? [];
 
 export const setShow = (show: Layer): void => edit('', (now) => ({ ...now, show }));
 
 export const toggleSplit = (): void =>
   edit('', (now) => ({ ...now, other: now.other ? null : now.show === 'diffuse' ? 'picture' : 'diffuse' }));
 
+const sizeOf = (input: InputReport): string =>
+  input.kind === 'mesh' ? `${input.triangles} triangles` : input.dims.join(' × ');
+
+function openChosen(event: TargetedEvent<HTMLInputElement>): void {
+  void openFiles([...(event.currentTarget.files ?? [])]);
+  event.currentTarget.value = '';
+}
+
 function FileMenu() {
   const file = useRef<HTMLInputElement>(null);
+  const folder = useRef<HTMLInputElement>(null);
   const sceneFile = useRef<HTMLInputElement>(null);
+  useEffect(() => {
+    folder.current!.webkitdirectory = true; // which the types of JSX do not know
+  }, []);
   const name = scene.value?.input.join(', ') ?? '';
   const shortName = name === 'example:ct-head' ? 'CT head (example)' : name.split('/').pop() || 'isolux';
   return (
@@ -27,14 +44,17 @@ function FileMenu() {
             <MenuItem
               key={input.input}
               chosen={scene.value?.input.includes(input.input) ?? false}
-              hint={`${input.format}, ${input.dims.join(' × ')}`}
+              hint={`${input.format}, ${sizeOf(input)}`}
               onChoose={() => goTo(input)}
             >
               {input.input}
             </MenuItem>
           ))}
-        <MenuItem hint="DICOM (as a zip), NIfTI, NRRD, MetaImage, TIFF; or drop it on the page" onChoose={() => file.current?.click()}>
-          Open a file…
+        <MenuItem hint="DICOM, NIfTI, NRRD, MetaImage, TIFF, OBJ, PLY, STL, glTF; or drop it on the page" onChoose={() => file.current?.click()}>
+          Open files…
+        </MenuItem>
+        <MenuItem hint="a DICOM series, or a stack of TIFFs" onChoose={() => folder.current?.click()}>
+          Open a folder…
         </MenuItem>
         <MenuItem hint="a scene that was saved here, or by --save-scene" onChoose={() => sceneFile.current?.click()}>
           Load a scene…
@@ -43,11 +63,10 @@ function FileMenu() {
           Start again
         </MenuItem>
       </Menu>
-      <input ref={file} type="file" hidden aria-label="Scan to open" data-testid="open-file"
-        onChange={(event) => {
-          void openFiles([...(event.currentTarget.files ?? [])]);
-          event.currentTarget.value = '';
-        }} />
+      <input ref={file} type="file" multiple hidden aria-label="Scan to open" data-testid="open-file"
+        onChange={openChosen} />
+      <input ref={folder} type="file" hidden aria-label="Folder to open" data-testid="open-folder"
+        onChange={openChosen} />
       <input ref={sceneFile} type="file" accept=".json,application/json" hidden aria-label="Scene to load"
         data-testid="load-scene"
         onChange={(event) => {
@@ -62,10 +81,10 @@ function FileMenu() {
 function ShowMenu() {
   const now = edited.value;
   return (
-    <Menu label={<>Show<span class="wide">: {layerNames[now?.show ?? 'picture']}</span></>}>
-      {layers.map((layer) => (
+    <Menu label={<>Show<span class="wide">: {layerName(now?.show ?? 'picture')}</span></>}>
+      {layers().map((layer) => (
         <MenuItem key={layer} chosen={now?.show === layer} onChoose={() => setShow(layer)}>
-          {layerNames[layer]}
+          {layerName(layer)}
         </MenuItem>
       ))}
     </Menu>
@@ -88,9 +107,9 @@ function SplitControl() {
             edit('', (now) => ({ ...now, other: layer }));
           }}
         >
-          {layers.map((layer) => (
+          {layers().map((layer) => (
             <option key={layer} value={layer}>
-              {layerNames[layer]}
+              {layerName(layer)}
             </option>
           ))}
         </select>

@@ -23,4 +23,8 @@ export function turned(v: Vec3, axis: Vec3, angle: number): Vec3 {
 /** The same place to about seven digits, so that numbers stay readable. */
 export const rounded = (a: Vec3): Vec3 => [tidy(a[0]), tidy(a[1]), tidy(a[2])];
 
+/** To whole multiples of the step, a power of ten. */
+export const toStep = (a: Vec3, step: number): Vec3 =>
+  a.map((v) => Number((Math.round(v / step) * step).toPrecision(9))) as Vec3;
+
 export const tidy = (value: number): number => Number(value.toPrecision(7));

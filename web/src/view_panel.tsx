@@ -1,5 +1,7 @@
-import { defaultFov, withFov, withProjection } from './camera';
+import { defaultFov, usualFov, viewOf, withFov, withProjection } from './camera';
 import { Choice, ColorField, NumberRow } from './controls';
+import { fit } from './fit';
+import { OptionControl } from './option_control';
 import { type Scene, type Vec3, viewNames, type ViewName } from './scene';
 import { editPose, editScene, pose, scene, surround } from './state';
 
@@ -10,10 +12,17 @@ export function setView(view: ViewName): void {
     const fov = projection === 'perspective' ? { fov: old.camera?.fov ?? defaultFov } : {};
     return { ...old, camera: { view, projection, ...fov } };
   });
+  fit();
+}
+
+/** Moves the eye so that what is seen fills the window. */
+export function fitHere(): void {
+  editPose('', (old) => old);
+  fit();
 }
 
 const backgrounds: { name: string; color: () => Vec3 }[] = [
-  { name: 'surround', color: surround },
+  { name: 'grey', color: surround },
   { name: 'black', color: () => [0, 0, 0] },
   { name: 'white', color: () => [1, 1, 1] },
 ];
@@ -21,7 +30,7 @@ const backgrounds: { name: string; color: () => Vec3 }[] = [
 function Background({ now }: { now: Scene }) {
   const set = (background: Vec3) => editScene('background', (old) => ({ ...old, background }));
   return (
-    <div class="line" role="group" aria-label="Background">
+    <div class="line tight" role="group" aria-label="Background">
       <span class="label">background</span>
       {backgrounds.map(({ name, color }) => (
         <button key={name} type="button" onClick={() => set(color())}>
@@ -44,7 +53,7 @@ export function ViewPanel() {
           <button
             key={name}
             type="button"
-            aria-pressed={now.camera?.view === name || (!now.camera && name === 'front')}
+            aria-pressed={viewOf(now.camera) === name}
             title={`key ${n + 1}`}
             onClick={() => setView(name)}
           >
@@ -73,7 +82,7 @@ export function ViewPanel() {
           high={120}
           step={1}
           unit="°"
-          usual={defaultFov}
+          usual={usualFov}
           onChange={(fov) => editPose('fov', (old) => withFov(old, fov))}
         />
       )}
@@ -101,11 +110,17 @@ export function ViewPanel() {
           ]}
           onChange={(display) => editScene('', (old) => ({ ...old, display }))}
         />
-        <button type="button" onClick={() => setView('front')}>
+      </div>
+      <Background now={now} />
+      <OptionControl name="visibility" label="found by" labels={{ raycast: 'rays', raster: 'rasteriser' }} />
+      <div class="line">
+        <button type="button" title="key F" onClick={fitHere}>
+          Fit to window
+        </button>
+        <button type="button" title="key 1" onClick={() => setView('front')}>
           Reset view
         </button>
       </div>
-      <Background now={now} />
     </>
   );
 }

@@ -8,6 +8,7 @@
 #include "isolux/base/number_text.h"
 #include "isolux/bench/line_protocol.h"
 #include "isolux/bench/loose_rays.h"
+#include "isolux/bench/mesh_works.h"
 #include "isolux/bench/own_renderer.h"
 #include "isolux/bench/ppm.h"
 #include "isolux/bench/ray_sets.h"
@@ -52,11 +53,29 @@ class OwnPeer {
     double value = 0;
     words >> value;
     if (!volume_) throw WorkError("iso", "there is no volume", "send `volume` first");
-    if (renderer_) {
+    if (renderer_ && renderer_->scene().surfaces[0].volume) {
       renderer_->set_iso(value);
     } else {
       renderer_.emplace(bench_scene(volume_, value, width_, height_));
     }
+    return to_text(milliseconds([&] { renderer_->prepare(); }));
+  }
+
+  std::string read_mesh(std::istringstream& words) {
+    std::string path;
+    words >> path;
+    const auto mesh = mesh_from_peer(read_peer_mesh(path));
+    renderer_.emplace(bench_scene(mesh, width_, height_));
+    return to_text(milliseconds([&] { renderer_->prepare(); }));
+  }
+
+  std::string visibility(std::istringstream& words) {
+    std::string way;
+    words >> way;
+    if (way != "raycast" && way != "raster") {
+      throw WorkError("visibility", "is " + way, "raycast or raster");
+    }
+    renderer().set_visibility(way == "raster" ? Visibility::kRaster : Visibility::kRaycast);
     return to_text(milliseconds([&] { renderer_->prepare(); }));
   }
 
@@ -130,6 +149,8 @@ void answer_as_peer(const std::string& name) {
                          {"frame", answering(&OwnPeer::frame)},
                          {"rays", answering(&OwnPeer::rays)},
                          {"shadows", answering(&OwnPeer::shadows)},
+                         {"read-mesh", answering(&OwnPeer::read_mesh)},
+                         {"visibility", answering(&OwnPeer::visibility)},
                          {"picture", answering(&OwnPeer::picture)}});
 }
 

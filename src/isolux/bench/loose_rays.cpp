@@ -5,6 +5,7 @@
 #include <bit>
 #include <limits>
 
+#include "isolux/base/mat3.h"
 #include "isolux/base/parallel.h"
 
 namespace isolux {
@@ -12,24 +13,17 @@ namespace {
 
 constexpr std::size_t kCount = RayLanes::kCount;
 
-IsoLanes lanes_of(const SurfaceItem& item) {
-  const auto bricks = std::make_shared<const BrickGrid>(*item.volume);
-  return {IsoSurface(item.volume, bricks, item.iso), *bricks};
-}
-
-}  // namespace
-
-LooseRays::LooseRays(const SurfaceItem& surface)
-    : index_from_world_(inverse(surface.volume->world_from_index)), lanes_(lanes_of(surface)) {}
-
-std::size_t LooseRays::count_hits(const std::vector<Ray>& rays, RayQuery query) const {
-  const auto hits_of = [&](std::size_t first) -> int {
+// How many rays have their bit in what met_of(rays in lanes, lanes in use) answers.
+template <typename MetOf>
+std::size_t count_met(const std::vector<Ray>& rays, const Affine& surface_from_world,
+                      const MetOf& met_of) {
+  const auto count_of = [&](std::size_t first) {
     const std::size_t count = std::min(kCount, rays.size() - first);
     RayLanes lanes;
     for (std::size_t n = 0; n < kCount; ++n) {
       const Ray& ray = rays[first + std::min(n, count - 1)];
-      const Vec3 origin = index_from_world_.point(ray.origin);
-      const Vec3 direction = index_from_world_.vector(ray.direction);
+      const Vec3 origin = surface_from_world.point(ray.origin);
+      const Vec3 direction = surface_from_world.vector(ray.direction);
       for (int axis = 0; axis < 3; ++axis) {
         lanes.origin[axis][n] = origin[axis];
         lanes.direction[axis][n] = direction[axis];
@@ -38,20 +32,44 @@ std::size_t LooseRays::count_hits(const std::vector<Ray>& rays, RayQuery query) 
       lanes.end[n] = std::numeric_limits<float>::infinity();
     }
     const std::uint32_t wanted = ~std::uint32_t{0} >> (kCount - count);
-    if (query == RayQuery::kAny) return std::popcount(lanes_.occluded(lanes, wanted));
-    HitLanes hits;
-    lanes_.first_hits(lanes, wanted, hits);
-    return std::popcount(hits.hit);
+    return static_cast<std::size_t>(std::popcount(met_of(lanes, wanted) & wanted));
   };
-  std::atomic<std::size_t> hits{0};
+  std::atomic<std::size_t> met{0};
   parallel_for((rays.size() + kCount - 1) / kCount, 256, [&](std::size_t begin, std::size_t end) {
-    std::size_t met = 0;
-    for (std::size_t packet = begin; packet < end; ++packet) {
-      met += static_cast<std::size_t>(hits_of(kCount * packet));
-    }
-    hits += met;
+    std::size_t here = 0;
+    for (std::size_t packet = begin; packet < end; ++packet) here += count_of(kCount * packet);
+    met += here;
   });
-  return hits;
+  return met;
+}
+
+}  // namespace
+
+LooseRays::LooseRays(const SurfaceItem& surface) {
+  if (surface.mesh) {
+    surface_from_world_.linear = diagonal({1, 1, 1});
+    tree_.emplace(surface.mesh);
+    return;
+  }
+  surface_from_world_ = inverse(surface.volume->world_from_index);
+  const auto bricks = std::make_shared<const BrickGrid>(*surface.volume);
+  lanes_.emplace(IsoSurface(surface.volume, bricks, surface.iso), *bricks);
+}
+
+std::size_t LooseRays::count_hits(const std::vector<Ray>& rays, RayQuery query) const {
+  return count_met(rays, surface_from_world_, [&](const RayLanes& lanes, std::uint32_t wanted) {
+    if (query == RayQuery::kAny) {
+      return tree_ ? tree_->occluded(lanes, wanted) : lanes_->occluded(lanes, wanted);
+    }
+    if (tree_) {
+      MeshHitLanes hits;
+      tree_->first_hits(lanes, wanted, hits);
+      return hits.hit;
+    }
+    HitLanes hits;
+    lanes_->first_hits(lanes, wanted, hits);
+    return hits.hit;
+  });
 }
 
 }  // namespace isolux

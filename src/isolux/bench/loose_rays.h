@@ -1,9 +1,12 @@
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "isolux/base/ray.h"
 #include "isolux/intersect/iso_lanes.h"
+#include "isolux/intersect/mesh_surface.h"
 #include "isolux/scene/scene.h"
 
 namespace isolux {
@@ -11,7 +14,7 @@ namespace isolux {
 /// What is asked of a ray: where it first meets the surface, or whether it does.
 enum class RayQuery { kNearest, kAny };
 
-/// An isosurface for rays that belong to no picture.
+/// An isosurface or a mesh for rays that belong to no picture.
 class LooseRays {
  public:
   explicit LooseRays(const SurfaceItem& surface);
@@ -21,8 +24,9 @@ class LooseRays {
   std::size_t count_hits(const std::vector<Ray>& rays, RayQuery query) const;
 
  private:
-  Affine index_from_world_;
-  IsoLanes lanes_;
+  Affine surface_from_world_;
+  std::optional<IsoLanes> lanes_;    ///< of an isosurface
+  std::optional<MeshSurface> tree_;  ///< of a mesh
 };
 
 }  // namespace isolux

@@ -1,5 +1,6 @@
 #include "isolux/bench/own_renderer.h"
 
+#include "isolux/mesh/mesh_box.h"
 #include "isolux/scene/description.h"
 
 namespace isolux {
@@ -13,6 +14,18 @@ Light headlight(const Camera& camera) {
 
 CameraDescription described(const View& view) {
   return {.eye = view.eye, .target = view.target, .fov_deg = view.fov_deg};
+}
+
+Scene described_scene(const SceneInput& input, const SurfaceDescription& surface, Vec3 low,
+                      Vec3 high, int width, int height) {
+  SceneDescription description;
+  description.inputs = {"bench"};
+  description.width = width;
+  description.height = height;
+  const View view = orbit_view(high - low, 0);
+  description.camera = described({view.eye + low, view.target + low, view.fov_deg});
+  description.surfaces = {surface};
+  return resolve(description, {input});
 }
 
 }  // namespace
@@ -62,15 +75,24 @@ std::size_t OwnRenderer::hit_pixels() const {
 }
 
 Scene bench_scene(const std::shared_ptr<const Volume>& volume, double iso, int width, int height) {
-  SceneDescription description;
-  description.inputs = {"bench"};
-  description.width = width;
-  description.height = height;
   const auto corners = box_corners(*volume);
-  const View view = orbit_view(corners[7] - corners[0], 0);
-  description.camera = described({view.eye + corners[0], view.target + corners[0], view.fov_deg});
-  description.surfaces = {{.iso = iso, .input = {}, .change = {}}};
-  return resolve(description, {{volume}});
+  return described_scene({volume}, {.iso = iso, .input = {}, .change = {}}, corners[0], corners[7],
+                         width, height);
+}
+
+Scene bench_scene(const std::shared_ptr<const Mesh>& mesh, int width, int height) {
+  const MeshBox box = box_of(*mesh);
+  return described_scene({nullptr, mesh}, {.iso = {}, .input = 1, .change = {}}, box.low, box.high,
+                         width, height);
+}
+
+Vec3 box_size(const SurfaceItem& surface) {
+  if (surface.mesh) {
+    const MeshBox box = box_of(*surface.mesh);
+    return box.high - box.low;
+  }
+  const auto corners = box_corners(*surface.volume);
+  return corners[7] - corners[0];
 }
 
 }  // namespace isolux

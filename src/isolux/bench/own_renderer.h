@@ -24,6 +24,7 @@ class OwnRenderer {
   void look(const View& view);
   void set_shadows(bool on) { scene_.shadows = on; }
   void set_iso(double iso) { scene_.surfaces[0].iso = iso; }
+  void set_visibility(Visibility visibility) { scene_.visibility = visibility; }
   /// The first light becomes a point light of intensity 1 at `at`; nothing: a headlight.
   void set_lamp(std::optional<Vec3> at);
 
@@ -52,5 +53,10 @@ class OwnRenderer {
 
 /// Isosurface `iso` of a volume in white under a headlight, seen from its orbit.
 Scene bench_scene(const std::shared_ptr<const Volume>& volume, double iso, int width, int height);
+/// The same of a mesh.
+Scene bench_scene(const std::shared_ptr<const Mesh>& mesh, int width, int height);
+
+/// From the lowest corner of a surface's box to its highest, in mm.
+Vec3 box_size(const SurfaceItem& surface);
 
 }  // namespace isolux

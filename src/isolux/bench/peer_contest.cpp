@@ -1,41 +1,23 @@
 #include "isolux/bench/peer_contest.h"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
 #include <optional>
 
 #include "isolux/base/error.h"
-#include "isolux/base/number_text.h"
-#include "isolux/base/output_file.h"
 #include "isolux/base/temporary_path.h"
+#include "isolux/bench/contest.h"
 #include "isolux/bench/framing.h"
+#include "isolux/bench/mesh_works.h"
 #include "isolux/bench/own_renderer.h"
 #include "isolux/bench/peer.h"
-#include "isolux/bench/ppm.h"
 #include "isolux/bench/ray_sets.h"
 #include "isolux/bench/rivals.h"
 #include "isolux/bench/scene_works.h"
-#include "isolux/bench/timing.h"
-#include "isolux/image/png.h"
 #include "isolux/volume/regrid.h"
 
 namespace isolux {
 namespace {
 
 constexpr double kBone = 300, kSkin = -300;
-// Enough for a median. A whole orbit, 360 turns, is for isolux and for peers of its speed alone.
-constexpr int kFewTurns = 21;
-
-using ViewOfTurn = View (*)(Vec3 box_mm, double turn_deg);
-
-std::string words(Vec3 v) { return to_text(v.x) + " " + to_text(v.y) + " " + to_text(v.z); }
-
-std::string frame_request(const View& view) {
-  return "frame " + words(view.eye) + " " + words(view.target) + " " + to_text(view.fov_deg);
-}
-
 std::string dims_text(const Volume& volume) {
   const auto [nx, ny, nz] = volume.dims;
   return std::to_string(nx) + "x" + std::to_string(ny) + "x" + std::to_string(nz);
@@ -61,18 +43,6 @@ std::shared_ptr<const Volume> doubled(const Volume& volume) {
   return std::make_shared<const Volume>(resampled(volume, spacing));
 }
 
-double mean_difference(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
-  double sum = 0;
-  for (std::size_t n = 0; n < std::min(a.size(), b.size()); ++n) sum += std::abs(a[n] - b[n]);
-  return sum / static_cast<double>(a.size());
-}
-
-std::string percent(double part, double whole) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.1f %% hit", 100 * part / whole);
-  return text;
-}
-
 // Whether the view stands where the values are above the iso value: an eye in a body that is full
 // sees nothing of its surface.
 bool is_in_body(const Volume& volume, double iso, const View& view) {
@@ -86,6 +56,82 @@ bool is_in_body(const Volume& volume, double iso, const View& view) {
   });
 }
 
+bool traces_meshes(const Rival& rival) { return rival.reads_mesh && rival.traces_rays; }
+bool rasterises(const Rival& rival) { return rival.reads_mesh && rival.rasterises; }
+
+// One mesh, by isolux and by the rivals that read it.
+class MeshSubject {
+ public:
+  MeshSubject(const Contest& contest, MeshRenderers& renderers, Vec3 box_mm,
+              const TemporaryPath& scratch)
+      : contest_(contest),
+        renderers_(renderers),
+        box_mm_(box_mm),
+        file_(scratch.path() + "/own-mesh") {
+    write_peer_mesh(file_, peer_mesh(*renderers.raycast.scene().surfaces[0].mesh));
+    read_by_rivals();
+  }
+
+  void measure(std::vector<Measurement>& to) {
+    const int few = contest_.few_turns();
+    to.push_back(contest_.measured(trees_work(few)));
+    read_by_rivals();
+    set_visibility("raycast");
+    to.push_back(contest_.measured(
+        frames_work("mesh frame, raycast", renderers_.raycast, few, traces_meshes)));
+    set_visibility("raster");
+    to.push_back(
+        contest_.measured(frames_work("mesh frame, raster", renderers_.raster, few, rasterises)));
+    set_visibility("raycast");
+    renderers_.raycast.look(orbit_view(box_mm_, 0));
+    renderers_.raycast.frame();
+    const Camera& camera = *renderers_.raycast.scene().camera;
+    const SurfaceBuffer& surfaces = renderers_.raycast.surfaces();
+    to.push_back(contest_.measured(contest_.ray_work("incoherent rays on mesh", renderers_.raycast,
+                                                     cosine_rays(camera, surfaces),
+                                                     RayQuery::kNearest, traces_meshes)));
+    const Vec3 lamp = lamp_of_turn(renderers_.raycast.scene(), 0);
+    to.push_back(contest_.measured(contest_.ray_work("shadow rays on mesh", renderers_.raycast,
+                                                     shadow_rays(camera, surfaces, lamp),
+                                                     RayQuery::kAny, traces_meshes)));
+  }
+
+ private:
+  Work frames_work(const std::string& name, OwnRenderer& renderer, int turns,
+                   const Contest::TakesPart& takes_part) {
+    return contest_.view_work(
+        name, renderer, [box = box_mm_](int turn) { return orbit_view(box, turn); }, turns,
+        takes_part);
+  }
+
+  Work trees_work(int turns) {
+    Work work = tree_work(renderers_, turns);
+    for (Rival& rival : contest_.rivals().all()) {
+      if (!traces_meshes(rival)) continue;
+      work.others.push_back({rival.peer->name(), [&rival, line = "read-mesh " + file_](int) {
+                               return rival.peer->ask_ms(line);
+                             }});
+    }
+    return work;
+  }
+
+  void read_by_rivals() {
+    for (Rival& rival : contest_.rivals().all()) {
+      if (rival.reads_mesh) rival.peer->ask("read-mesh " + file_);
+    }
+  }
+  void set_visibility(const std::string& way) {
+    for (Rival& rival : contest_.rivals().all()) {
+      if (rival.reads_mesh && rival.is_isolux) rival.peer->ask("visibility " + way);
+    }
+  }
+
+  const Contest& contest_;
+  MeshRenderers& renderers_;
+  Vec3 box_mm_;
+  std::string file_;
+};
+
 // One isosurface of one volume, by isolux and by its rivals.
 class Subject {
  public:
@@ -97,7 +143,7 @@ class Subject {
         renderer_(bench_scene(volume, iso, options.width, options.height)),
         rivals_(rivals),
         scratch_(scratch),
-        options_(options) {
+        contest_(name, rivals, scratch, options) {
     renderer_.prepare();
     for (Rival& rival : rivals_.all()) rivals_.set_iso(rival, iso);
   }
@@ -105,67 +151,44 @@ class Subject {
   Section measured(bool with_controls) {
     Section section{name_, {}};
     const auto add = [&](const Work& work) {
-      options_.tell(name_ + ": " + work.name);
-      section.measurements.push_back(measure(work));
+      section.measurements.push_back(contest_.measured(work));
     };
-    const int few = std::min(options_.turns, kFewTurns);
-    add(view_work("orbit", orbit_view, options_.turns, with_controls));
+    const int few = contest_.few_turns();
+    add(view_work("orbit", orbit_view, contest_.options().turns, with_controls));
     add(view_work("close view", close_view, few, false));
     add(view_work("inside view", inside_view, few, false));
     renderer_.look(orbit_view(box_mm_, 0));
     renderer_.frame();
+    const auto all = [](const Rival&) { return true; };
     const Camera& camera = *renderer_.scene().camera;
-    add(ray_work("incoherent rays", "rays", cosine_rays(camera, renderer_.surfaces()),
-                 RayQuery::kNearest, few));
-    add(ray_work("shadow rays", "shadows",
-                 shadow_rays(camera, renderer_.surfaces(), lamp_of_turn(renderer_.scene(), 0)),
-                 RayQuery::kAny, few));
+    add(contest_.ray_work("incoherent rays", renderer_, cosine_rays(camera, renderer_.surfaces()),
+                          RayQuery::kNearest, all));
+    add(contest_.ray_work(
+        "shadow rays", renderer_,
+        shadow_rays(camera, renderer_.surfaces(), lamp_of_turn(renderer_.scene(), 0)),
+        RayQuery::kAny, all));
     add(lamps_work(few));
     put_lamps_out();
     add(isos_work(few));
     add(first_picture_work(renderer_, few));
     add(bricks_work(renderer_, few));
+    add(extractions_work(few));
+    renderer_.look(orbit_view(box_mm_, 0));
+    const auto mesh = extracted_mesh(renderer_.scene());
+    if (mesh->triangles.empty()) return section;
+    MeshRenderers on_triangles(on_mesh(renderer_.scene(), mesh));
+    MeshSubject(contest_, on_triangles, box_mm_, scratch_).measure(section.measurements);
     return section;
   }
 
  private:
-  Work view_work(const std::string& name, ViewOfTurn view_of, int turns, bool with_controls) {
-    Work work{name, turns, [this, view_of](int turn) {
-                renderer_.look(view_of(box_mm_, turn));
-                return milliseconds([&] { renderer_.frame(); });
-              }};
-    renderer_.look(view_of(box_mm_, 0));
-    renderer_.frame();
-    const double pixels = options_.width * options_.height;
-    work.note = percent(static_cast<double>(renderer_.hit_pixels()), pixels);
-    keep_picture(name, "isolux", renderer_.picture());
-    for (Rival& rival : rivals_.all()) {
-      if (rival.is_control && !with_controls) continue;
-      if (rival.fills_inside && is_in_body(volume(), iso_, view_of(box_mm_, 0))) continue;
-      Peer& peer = *rival.peer;
-      const int every = rival.is_slow ? (turns + kFewTurns - 1) / kFewTurns : 1;
-      const double hits = peer.ask(frame_request(view_of(box_mm_, 0)), 2)[1];
-      work.others.push_back({peer.name(),
-                             [&peer, this, view_of](int turn) {
-                               return peer.ask_ms(frame_request(view_of(box_mm_, turn)));
-                             },
-                             every, percent(hits, pixels) + ", " + compared_picture(name, peer)});
-    }
-    return work;
-  }
-
-  Work ray_work(const std::string& name, const std::string& request, const std::vector<Ray>& rays,
-                RayQuery query, int turns) {
-    const std::string file = scratch_.path() + "/" + request;
-    write_rays(file, rays);
-    Work work = rays_work(name, renderer_, read_rays(file), query, turns);
-    for (Rival& rival : rivals_.all()) {
-      if (!rival.traces_rays) continue;
-      Peer& peer = *rival.peer;
-      work.others.push_back(
-          {peer.name(), [&peer, line = request + " " + file](int) { return peer.ask_ms(line); }});
-    }
-    return work;
+  Work view_work(const std::string& name, View (*view_of)(Vec3, double), int turns,
+                 bool with_controls) {
+    const auto view = [=, box = box_mm_](int turn) { return view_of(box, turn); };
+    return contest_.view_work(name, renderer_, view, turns, [=, this](const Rival& rival) {
+      if (rival.is_control) return with_controls;
+      return !rival.fills_inside || !is_in_body(volume(), iso_, view(0));
+    });
   }
 
   // The peers keep no surfaces from frame to frame: their lamp moves with a whole frame.
@@ -201,23 +224,15 @@ class Subject {
     return work;
   }
 
-  // How far a peer's last picture is from the renderer's, to see that both draw the same.
-  std::string compared_picture(const std::string& work, Peer& peer) {
-    const std::string file = scratch_.path() + "/picture";
-    peer.ask("picture " + file);
-    const Ppm ppm = read_ppm(file);
-    keep_picture(work, peer.name(), {ppm.width, ppm.height, ppm.rgb});
-    char text[60];
-    std::snprintf(text, sizeof text, "differs by %.1f of 255",
-                  mean_difference(renderer_.picture().rgb, ppm.rgb));
-    return text;
-  }
-
-  void keep_picture(const std::string& work, const std::string& who, const Picture& picture) {
-    if (options_.pictures_folder.empty()) return;
-    std::string name = name_ + " " + work + " " + who;
-    std::ranges::replace(name, ' ', '_');
-    write_whole_file(options_.pictures_folder + "/" + name + ".png", encode_png(picture, {}, true));
+  Work extractions_work(int turns) {
+    Work work = extraction_work(renderer_, turns);
+    for (Rival& rival : rivals_.all()) {
+      if (!rival.makes_mesh) continue;
+      work.others.push_back({rival.peer->name(), [&rival, this](int turn) {
+                               return rivals_.set_iso(rival, iso_of_turn(iso_, turn));
+                             }});
+    }
+    return work;
   }
 
   const Volume& volume() const { return *renderer_.scene().surfaces[0].volume; }
@@ -228,7 +243,7 @@ class Subject {
   OwnRenderer renderer_;
   Rivals& rivals_;
   const TemporaryPath& scratch_;
-  const ContestOptions& options_;
+  Contest contest_;
 };
 
 }  // namespace
@@ -246,6 +261,18 @@ std::vector<Section> measure_against_peers(const Volume& head, const ContestOpti
     }
   }
   return sections;
+}
+
+std::vector<Section> measure_mesh_against_peers(const Mesh& mesh, const std::string& name,
+                                                const ContestOptions& options) {
+  const TemporaryPath scratch = temporary_folder("bench", "--peers");
+  Rivals rivals(options, scratch);
+  MeshRenderers renderers(bench_scene(bare_mesh(mesh), options.width, options.height));
+  Section section{name, {}};
+  MeshSubject(Contest(name, rivals, scratch, options), renderers,
+              box_size(renderers.raycast.scene().surfaces[0]), scratch)
+      .measure(section.measurements);
+  return {section};
 }
 
 }  // namespace isolux

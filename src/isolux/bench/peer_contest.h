@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "isolux/bench/table.h"
+#include "isolux/mesh/mesh.h"
 #include "isolux/volume/volume.h"
 
 namespace isolux {
@@ -28,5 +29,9 @@ struct ContestOptions {
 /// raw file would be: box from 0 to (n - 1) * spacing, no direction.
 /// @throws WorkError  where the voxels are not 16-bit integers, or a peer fails on the way.
 std::vector<Section> measure_against_peers(const Volume& head, const ContestOptions& options);
+
+/// The same of a mesh, in white and with smooth normals where it has none.
+std::vector<Section> measure_mesh_against_peers(const Mesh& mesh, const std::string& name,
+                                                const ContestOptions& options);
 
 }  // namespace isolux

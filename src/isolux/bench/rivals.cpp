@@ -19,11 +19,13 @@ Rivals::Rivals(const ContestOptions& options, const TemporaryPath& scratch)
   const std::string embree = options.peers_folder + "/embree_peer";
   const std::string vtk = options.peers_folder + "/vtk_peer";
   const std::string threads = std::to_string(options.threads);
-  start("VTK mesh", {vtk, "mesh", threads}, {.makes_mesh = true, .is_slow = true});
+  start("VTK mesh", {vtk, "mesh", threads},
+        {.reads_mesh = true, .rasterises = true, .makes_mesh = true, .is_slow = true});
   start("VTK volume, ct-head", {vtk, "volume", threads}, {.is_slow = true});
   start("VTK volume, opaque step", {vtk, "step", threads}, {.fills_inside = true, .is_slow = true});
   if (std::ranges::any_of(rivals_, &Rival::makes_mesh)) {
-    start("Embree", {embree, threads}, {.takes_mesh = true, .traces_rays = true});
+    start("Embree", {embree, threads},
+          {.reads_mesh = true, .takes_mesh = true, .traces_rays = true});
     std::rotate(rivals_.begin(), rivals_.end() - 1, rivals_.end());  // it is told first
   } else {
     options.tell("left out: Embree: it draws the mesh that VTK extracts");
@@ -35,7 +37,8 @@ Rivals::Rivals(const ContestOptions& options, const TemporaryPath& scratch)
     start(name, command, std::move(traits));
   };
   if (!options.other_isolux.empty()) {
-    start_isolux(options.other_isolux, "other isolux", options.own_options, {.traces_rays = true});
+    start_isolux(options.other_isolux, "other isolux", options.own_options,
+                 {.reads_mesh = true, .rasterises = true, .is_isolux = true, .traces_rays = true});
   }
   const std::string self = "/proc/self/exe";
   start_isolux(self, "isolux again", options.own_options, {.is_control = true});

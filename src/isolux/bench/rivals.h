@@ -15,6 +15,9 @@ struct ContestOptions;
 /// A peer, and what it can do and needs.
 struct Rival {
   std::unique_ptr<Peer> peer = {};
+  bool reads_mesh = false;    ///< draws a mesh that it is given
+  bool rasterises = false;    ///< draws triangles without rays
+  bool is_isolux = false;     ///< answers `visibility`
   bool takes_mesh = false;    ///< draws the mesh that another peer extracts; no volume
   bool makes_mesh = false;    ///< can write its surface as a mesh
   bool fills_inside = false;  ///< shows what is above the iso value as a body, not as a surface

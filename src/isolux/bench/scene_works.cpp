@@ -12,8 +12,7 @@ namespace isolux {
 double iso_of_turn(double iso, int turn) { return iso * (1 + 1e-4 * (turn + 1)); }
 
 Vec3 lamp_of_turn(const Scene& scene, int turn) {
-  const auto corners = box_corners(*scene.surfaces[0].volume);
-  const double size = length(corners[7] - corners[0]);
+  const double size = length(box_size(scene.surfaces[0]));
   return scene.camera->world_from_camera().point({-size - turn, 1.3 * size, 0.2 * size});
 }
 
@@ -111,24 +110,25 @@ Work rays_work(const std::string& name, const OwnRenderer& renderer, std::vector
           .rays = count};
 }
 
-std::vector<Work> scene_works(OwnRenderer& renderer, int turns) {
+std::vector<Work> ray_works(const OwnRenderer& renderer, int turns) {
   const Camera& camera = *renderer.scene().camera;
   const SurfaceBuffer& surfaces = renderer.surfaces();
-  return {
-      bricks_work(renderer, turns),
-      visibility_work(renderer, turns),
-      display_work(renderer, turns),
-      frame_work(renderer, turns),
-      rays_work("incoherent rays", renderer, cosine_rays(camera, surfaces), RayQuery::kNearest,
-                turns),
-      rays_work("shadow rays", renderer,
-                shadow_rays(camera, surfaces, lamp_of_turn(renderer.scene(), 0)), RayQuery::kAny,
-                turns),
-      lamp_work(renderer, turns),
-      shadow_work(renderer, turns),
-      iso_work(renderer, turns),
-      first_picture_work(renderer, turns),
-  };
+  return {rays_work("incoherent rays", renderer, cosine_rays(camera, surfaces), RayQuery::kNearest,
+                    turns),
+          rays_work("shadow rays", renderer,
+                    shadow_rays(camera, surfaces, lamp_of_turn(renderer.scene(), 0)),
+                    RayQuery::kAny, turns)};
+}
+
+std::vector<Work> scene_works(OwnRenderer& renderer, int turns) {
+  std::vector<Work> works{bricks_work(renderer, turns), visibility_work(renderer, turns),
+                          display_work(renderer, turns), frame_work(renderer, turns)};
+  for (Work& work : ray_works(renderer, turns)) works.push_back(std::move(work));
+  works.push_back(lamp_work(renderer, turns));
+  works.push_back(shadow_work(renderer, turns));
+  works.push_back(iso_work(renderer, turns));
+  works.push_back(first_picture_work(renderer, turns));
+  return works;
 }
 
 }  // namespace isolux

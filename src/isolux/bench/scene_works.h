@@ -27,8 +27,10 @@ Work first_picture_work(OwnRenderer& renderer, int turns);
 /// Whether rays of no picture meet the scene's first surface.
 Work rays_work(const std::string& name, const OwnRenderer& renderer, std::vector<Ray> rays,
                RayQuery query, int turns);
+/// Incoherent rays and shadow rays from what the renderer's picture shows.
+std::vector<Work> ray_works(const OwnRenderer& renderer, int turns);
 
-/// All of them.
+/// All of a scene whose first surface is an isosurface.
 std::vector<Work> scene_works(OwnRenderer& renderer, int turns);
 
 /// The iso value of a turn of `iso_work`: always another one, and always nearly the same surface.

@@ -7,6 +7,7 @@
 
 #include "isolux/base/error.h"
 #include "isolux/bench/as_peer.h"
+#include "isolux/bench/mesh_works.h"
 #include "isolux/bench/peer_contest.h"
 #include "isolux/bench/scene_works.h"
 #include "isolux/bench/table.h"
@@ -31,20 +32,29 @@ int turns_asked(const Command& command, const Arguments& arguments) {
 }
 
 std::vector<Section> measured_scene(const LoadedScene& loaded, int turns) {
-  OwnRenderer renderer(loaded.scene);
-  renderer.prepare();
-  renderer.frame();
   Section section{loaded.inputs[0].name, {}};
-  for (const Work& work : scene_works(renderer, turns)) {
-    section.measurements.push_back(measure(work));
+  const auto add = [&](const std::vector<Work>& works) {
+    for (const Work& work : works) section.measurements.push_back(measure(work));
+  };
+  const SurfaceItem& first = loaded.scene.surfaces[0];
+  if (!first.mesh) {
+    OwnRenderer renderer(loaded.scene);
+    renderer.prepare();
+    renderer.frame();
+    add(scene_works(renderer, turns));
+    add({extraction_work(renderer, turns)});
   }
+  const auto mesh = first.mesh ? first.mesh : extracted_mesh(loaded.scene);
+  if (mesh->triangles.empty()) return {section};
+  MeshRenderers on_triangles(first.mesh ? loaded.scene : on_mesh(loaded.scene, mesh));
+  add(mesh_works(on_triangles, turns));
   return {section};
 }
 
 // What is drawn beside the peers is fixed, so that the figures of two runs can be compared.
 void refuse_own_scene(const Arguments& arguments) {
-  constexpr std::array<std::string_view, 6> kOfInputs{"size",    "dims",   "type",
-                                                      "spacing", "volume", "series"};
+  constexpr std::array<std::string_view, 7> kOfInputs{"size",   "dims",   "type",  "spacing",
+                                                      "volume", "series", "crease"};
   for (const auto& [name, values] : arguments.values) {
     const bool is_of_scene = name == "scene" || find_option(scene_options(), name);
     if (is_of_scene && std::ranges::find(kOfInputs, name) == kOfInputs.end()) {
@@ -75,7 +85,9 @@ std::vector<Section> measured_with_peers(const LoadedScene& loaded, const Comman
   options.width = loaded.scene.camera->width();
   options.height = loaded.scene.camera->height();
   options.tell = [](const std::string& text) { std::cerr << "isolux: " << text << "\n"; };
-  return measure_against_peers(*loaded.inputs[0].volume, options);
+  const ReadResult& input = loaded.inputs[0];
+  return input.mesh ? measure_mesh_against_peers(*input.mesh, input.name, options)
+                    : measure_against_peers(*input.volume, options);
 }
 
 }  // namespace
@@ -88,7 +100,6 @@ int run_bench(const Command& command, const Arguments& arguments) {
   const int turns = turns_asked(command, arguments);
   if (arguments.has("peers")) refuse_own_scene(arguments);
   const LoadedScene loaded = load_scene(arguments);
-  for (const ReadResult& input : loaded.inputs) require_volume(input);
   const Camera& camera = *loaded.scene.camera;
   Report report{camera.width(),
                 camera.height(),

@@ -159,6 +159,7 @@ std::vector<Command> make_commands() {
         scene_option("spacing"),
         scene_option("volume"),
         scene_option("series"),
+        scene_option("crease"),
         kThreads,
         kMaxMemory,
         kTrust,

@@ -85,7 +85,11 @@ class Writer {
 
   void write_layer() {
     write_geometry();
-    write_ambient();
+    if (scene_.indirect == IndirectMethod::kOff) {
+      write_ambient();
+    } else {
+      write_indirect();
+    }
     for (std::size_t n = 0; n < terms().lights.size(); ++n) write_light(n);
     write_sum();
   }
@@ -140,6 +144,19 @@ class Writer {
     for (int c = 0; c < 3; ++c) {
       line(std::string("  ambient ") + kChannels[c] + " = ka Ia = " + num(material().ka[c]) +
            " * " + num(scene_.ambient[c]) + " = " + num(terms().ambient[c]));
+    }
+  }
+
+  void write_indirect() {
+    heading("Indirect: I = kd E, in place of ambient light");
+    for (std::size_t b = 0; b < e_.by_bounce.size() && layer_ == &e_.layers[0]; ++b) {
+      line("  E" + std::to_string(b + 1) + " = " + tuple(e_.by_bounce[b]) +
+           "   the part of bounce " + std::to_string(b + 1));
+    }
+    line("  E = " + tuple(terms().irradiance) + "   what arrives from surfaces and sky");
+    for (int c = 0; c < 3; ++c) {
+      line(std::string("  indirect ") + kChannels[c] + " = kd E = " + num(material().kd[c]) +
+           " * " + num(terms().irradiance[c]) + " = " + num(terms().indirect[c]));
     }
   }
 
@@ -232,9 +249,11 @@ class Writer {
   }
 
   void write_sum() {
-    heading("Sum: ambient, and diffuse and specular of every light");
+    const bool is_indirect = scene_.indirect != IndirectMethod::kOff;
+    heading(std::string("Sum: ") + (is_indirect ? "indirect" : "ambient") +
+            ", and diffuse and specular of every light");
     for (int c = 0; c < 3; ++c) {
-      std::string sum = num(terms().ambient[c]);
+      std::string sum = num(is_indirect ? terms().indirect[c] : terms().ambient[c]);
       for (const LightTerms& t : terms().lights) {
         sum += " + " + num(t.diffuse[c]) + " + " + num(t.specular[c]);
       }

@@ -16,20 +16,17 @@ constexpr const char* kForms =
 constexpr const char* kInputs =
     "An INPUT is a DICOM folder or file, NIfTI (.nii, .nii.gz, .hdr/.img), NRRD or NHDR,\n"
     "MetaImage (.mha, .mhd), a VTK image (.vti), an InVesalius project (.inv3), a TIFF of several\n"
-    "pages or a folder of TIFFs, a folder or zip with one of these, headerless raw with --dims\n"
-    "and --type, a built-in volume: phantom:head, phantom:sphere, phantom:marschner-lobb, each\n"
-    "also with ,size=N; or a mesh: OBJ, PLY, STL, glTF. The format is found by content. Without\n"
-    "INPUT: a real CT head.\n";
+    "pages or a folder of TIFFs, a folder, zip or tar with one of these, headerless raw with\n"
+    "--dims and --type, a built-in volume: phantom:head, phantom:sphere, phantom:marschner-lobb,\n"
+    "each also with ,size=N; or a mesh: OBJ, PLY, STL, glTF. The format is found by content.\n"
+    "Without INPUT: a real CT head.\n";
 
 std::string sentence_of(const Option& option) {
   std::string text = option.sentence;
   if (!option.unit.empty()) text += ", in " + option.unit;
   if (!option.default_text.empty()) text += " (default " + option.default_text + ")";
   if (option.repeatable) text += "; may be given several times";
-  if (!option.not_yet.empty()) {
-    text += " [" + option.not_yet +
-            (option.only_value.empty() ? "" : "; only " + option.only_value + " is taken") + "]";
-  }
+  if (!option.not_yet.empty()) text += " [" + option.not_yet + "]";
   return text;
 }
 

@@ -36,8 +36,11 @@ Ray lane_ray(const RayLanes& rays, std::size_t n) {
 }
 
 void set_normal(HitLanes& hits, std::size_t n, Vec3 normal, Vec3 world_direction) {
-  for (int axis = 0; axis < 3; ++axis) hits.normal[axis][n] = static_cast<float>(normal[axis]);
-  if (dot(normal, world_direction) > 0) hits.away |= 1u << n;
+  const bool turned = dot(normal, world_direction) > 0;
+  if (turned) hits.turned |= 1u << n;
+  for (int axis = 0; axis < 3; ++axis) {
+    hits.normal[axis][n] = static_cast<float>(turned ? -normal[axis] : normal[axis]);
+  }
 }
 
 }  // namespace
@@ -86,9 +89,9 @@ std::optional<IsoHit> IsoLanes::hit_of_oracle(const RayLanes& rays, std::size_t 
 
 void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& hits) const {
   lanes::Found found;
-  lanes::walk(field(), rays, lanes, &hits, found);
+  (rays.is_beam ? lanes::walk_beam : lanes::walk)(field(), rays, lanes, &hits, found);
   hits.hit = found.hit;
-  hits.away = found.away;
+  hits.turned = found.turned;
   const auto world_direction = [&](std::size_t n) {
     return surface_.volume().world_from_index.vector(lane_ray(rays, n).direction);
   };
@@ -97,7 +100,7 @@ void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& h
     const IsoHit hit{hits.t[n],
                      {found.cell[0][n], found.cell[1][n], found.cell[2][n]},
                      {found.local[0][n], found.local[1][n], found.local[2][n]}};
-    hits.away &= ~(1u << n);
+    hits.turned &= ~(1u << n);
     set_normal(hits, n, surface_.normal(hit).value_or(Vec3{}), world_direction(n));
   }
   for (std::uint32_t rest = found.undecided; rest != 0; rest &= rest - 1) {
@@ -112,7 +115,7 @@ void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& h
 
 std::uint32_t IsoLanes::occluded(const RayLanes& rays, std::uint32_t lanes) const {
   lanes::Found found;
-  lanes::walk(field(), rays, lanes, nullptr, found);
+  (rays.is_beam ? lanes::walk_beam : lanes::walk)(field(), rays, lanes, nullptr, found);
   for (std::uint32_t rest = found.undecided; rest != 0; rest &= rest - 1) {
     const auto n = static_cast<std::size_t>(std::countr_zero(rest));
     if (hit_of_oracle(rays, n)) found.hit |= 1u << n;

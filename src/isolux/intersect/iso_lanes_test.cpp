@@ -51,6 +51,7 @@ Disagreements compare(const Volume& volume, double iso, int packets, NextRay nex
       ray[n] = next();
       set_ray(rays, n, ray[n]);
     }
+    rays.is_beam = packet % 2 == 1;  // both walks, in turn
     lanes.first_hits(rays, ~0u, hits);
     for (int n = 0; n < RayLanes::kCount; ++n) {
       ++result.rays;
@@ -77,10 +78,11 @@ Disagreements compare(const Volume& volume, double iso, int packets, NextRay nex
       if (along > 1e-2) ++result.other;
       const Vec3 normal{hits.normal[0][n], hits.normal[1][n], hits.normal[2][n]};
       const double towards = dot(normal, ray[n].direction) / length(ray[n].direction);
-      if (std::fabs(towards) > 1e-5 && (hits.away >> n & 1) != (towards > 0)) ++result.other;
+      if (towards > 1e-5) ++result.other;
+      const double side = hits.turned >> n & 1 ? -1 : 1;
       if (along < 1e-5) {
-        result.normal =
-            std::max(result.normal, length(normal - oracle.normal(*expected).value_or(Vec3{})));
+        result.normal = std::max(result.normal,
+                                 length(side * normal - oracle.normal(*expected).value_or(Vec3{})));
       }
     }
   }
@@ -151,6 +153,7 @@ TEST(IsoLanes, voxels_out_of_the_gathers_reach_give_the_same_bits) {
     RayLanes rays;
     for (int packet = 0; packet < 300; ++packet) {
       for (int n = 0; n < RayLanes::kCount; ++n) set_ray(rays, n, random());
+      rays.is_beam = packet % 2 == 1;
       HitLanes a, b;
       near.first_hits(rays, ~0u, a);
       far.first_hits(rays, ~0u, b);
@@ -177,8 +180,9 @@ TEST(IsoLanes, what_one_lane_holds_has_no_influence_on_another) {
   RandomRays random(dims, 16);
   RayLanes rays;
   HitLanes together, alone;
-  for (int packet = 0; packet < 50; ++packet) {
+  for (int packet = 0; packet < 100; ++packet) {
     for (int n = 0; n < RayLanes::kCount; ++n) set_ray(rays, n, random());
+    rays.is_beam = packet % 2 == 1;
     lanes.first_hits(rays, ~0u, together);
     for (int n = 0; n < RayLanes::kCount; ++n) {
       lanes.first_hits(rays, 1u << n, alone);
@@ -211,7 +215,8 @@ TEST(IsoLanes, occluded_is_whether_the_oracle_finds_a_root_between_begin_and_end
   RandomRays random(dims, 17);
   int occluded_rays = 0, close = 0;
   for (int packet = 0; packet < 3000; ++packet) {
-    const RayLanes rays = pieces_of_rays(random);
+    RayLanes rays = pieces_of_rays(random);
+    rays.is_beam = packet % 2 == 1;
     const std::uint32_t occluded = lanes.occluded(rays, ~0u);
     HitLanes hits;
     lanes.first_hits(rays, ~0u, hits);
@@ -273,6 +278,60 @@ TEST(IsoLanes, agree_with_the_oracle_on_the_sphere_and_from_inside_it) {
   });
   expect_agreement(inside);
   EXPECT_EQ(inside.hits, inside.rays);  // nothing escapes from a closed shape
+}
+
+// 8 x 4 pixels after 8 x 4 pixels, each from another eye: from afar or from inside, with rays that
+// spread or run along an axis, from a tenth of a cell to two cells apart.
+class RaysOfPixels {
+ public:
+  RaysOfPixels(const std::array<int, 3>& dims, unsigned seed) : dims_(dims), random_(dims, seed) {}
+
+  Ray operator()() {
+    if (pixel_ == 0) look_from_elsewhere();
+    const int x = (pixel_ & 3) + (pixel_ >> 4 << 2), y = pixel_ >> 2 & 3;
+    pixel_ = (pixel_ + 1) % RayLanes::kCount;
+    return {first_.origin + x * origin_x_ + y * origin_y_,
+            first_.direction + x * direction_x_ + y * direction_y_};
+  }
+
+ private:
+  void look_from_elsewhere() {
+    first_ = random_();
+    origin_x_ = origin_y_ = direction_x_ = direction_y_ = {};
+    const double apart = std::pow(10, -1 + 1.3 * random_.uniform());
+    const Vec3 x{random_.uniform() - 0.5, random_.uniform() - 0.5, random_.uniform() - 0.5};
+    const Vec3 y{random_.uniform() - 0.5, random_.uniform() - 0.5, random_.uniform() - 0.5};
+    if (random_.integer() % 3 != 0) {
+      direction_x_ = apart / 30 * x;
+      direction_y_ = apart / 30 * y;
+      if (random_.integer() % 2 == 0) first_.origin = first_.origin + 30.0 * first_.direction;
+      return;
+    }
+    const int axis = static_cast<int>(random_.integer() % 3);
+    first_.direction = {};
+    first_.direction[axis] = random_.integer() % 2 == 0 ? 1 : -1;
+    for (int a = 0; a < 3; ++a)
+      first_.origin[a] = random_.integer() % dims_[static_cast<std::size_t>(a)];
+    first_.origin[axis] = -100 * first_.direction[axis];
+    origin_x_[(axis + 1) % 3] = random_.integer() % 2 == 0 ? 0.5 : apart;
+    origin_y_[(axis + 2) % 3] = random_.integer() % 2 == 0 ? -0.5 : apart;
+  }
+
+  std::array<int, 3> dims_;
+  RandomRays random_;
+  int pixel_ = 0;
+  Ray first_;
+  Vec3 origin_x_, origin_y_, direction_x_, direction_y_;
+};
+
+TEST(IsoLanes, agree_on_the_rays_of_neighbouring_pixels) {
+  const std::array<int, 3> dims{21, 18, 27};
+  expect_agreement(
+      compare(random_volume<std::uint8_t>(dims, 51, 0, 256), 230.5, 1000, RaysOfPixels(dims, 52)));
+  expect_agreement(
+      compare(random_volume<float>(dims, 53, -1, 1), 0.8, 1000, RaysOfPixels(dims, 54)));
+  const Volume head = head_phantom(40);
+  expect_agreement(compare(head, 300, 1000, RaysOfPixels(head.dims, 55)));
 }
 
 TEST(IsoLanes, agree_on_thin_sheets_along_a_diagonal) {

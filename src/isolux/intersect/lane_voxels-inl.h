@@ -9,23 +9,12 @@
 
 #include <hwy/highway.h>
 
+#include "isolux/intersect/lane_vectors-inl.h"
 #include "isolux/intersect/lane_walk.h"
 
 #if HWY_TARGET != HWY_SCALAR
 HWY_BEFORE_NAMESPACE();
 namespace isolux::lanes::HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
-
-constexpr hn::CappedTag<float, 16> kF;
-constexpr hn::RebindToSigned<decltype(kF)> kI;
-constexpr hn::Half<decltype(kF)> kHalfF;
-constexpr hn::Rebind<double, decltype(kHalfF)> kD;
-using VF = hn::Vec<decltype(kF)>;
-using VI = hn::Vec<decltype(kI)>;
-using VD = hn::Vec<decltype(kD)>;
-using MF = hn::Mask<decltype(kF)>;
-using MI = hn::Mask<decltype(kI)>;
-
 // Reads voxels of type T relative to the lowest corner of each lane's cell; relative to that of
 // cell (spare, spare, spare) where a lane is not asked for.
 template <typename T, bool kWide>

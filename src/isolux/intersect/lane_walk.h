@@ -30,7 +30,7 @@ struct Field {
 /// What the walk found, with what the oracle needs where the lanes leave something to it.
 struct Found {
   std::uint32_t hit = 0;
-  std::uint32_t away = 0;            ///< the normal points along the ray
+  std::uint32_t turned = 0;          ///< whose normal was turned round
   std::uint32_t undecided = 0;       ///< ask the oracle
   std::uint32_t without_normal = 0;  ///< ask the oracle for the normal
   alignas(64) std::int32_t cell[3][RayLanes::kCount];
@@ -41,5 +41,8 @@ struct Found {
 /// normal, but are the same.
 void walk(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
           Found& found);
+/// The same for lanes that run side by side.
+void walk_beam(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
+               Found& found);
 
 }  // namespace isolux::lanes

@@ -6,7 +6,9 @@
 #include <optional>
 
 #include "isolux/base/ray.h"
+#include "isolux/intersect/iso_lanes.h"
 #include "isolux/mesh/mesh.h"
+#include "isolux/mesh/mesh_box.h"
 
 namespace isolux {
 
@@ -19,9 +21,16 @@ struct MeshHit {
   double v;
 };
 
-/// A mesh for rays in world space. Embree's trees say which triangles may be met; whether and where
-/// they are is computed here, in doubles (RayTriangles). So the answer is that of trying all
-/// triangles, on every machine; of several at the same t it is the lowest number.
+/// The same of rays side by side.
+struct MeshHitLanes {
+  std::uint32_t hit = 0;  ///< bit n: lane n; the rest of a lane that has no hit is not defined
+  double t[RayLanes::kCount];
+  std::uint32_t triangle[RayLanes::kCount];  ///< where in it, find_mesh_points tells
+};
+
+/// A mesh for rays in world space. Embree says which triangles may be met; whether and where they
+/// are is computed here, in doubles (RayTriangles). So the answer is that of trying all triangles,
+/// on every machine; of several at the same t it is the lowest number.
 class MeshSurface {
  public:
   /// Builds the tree, on all threads. The mesh must have triangles; it is kept.
@@ -33,16 +42,23 @@ class MeshSurface {
   /// The first hit along the ray with 0 < t <= t_max.
   std::optional<MeshHit> first_hit(const Ray& ray,
                                    double t_max = std::numeric_limits<double>::infinity()) const;
-
   /// Whether anything is hit with t_min < t < t_max.
   bool any_hit(const Ray& ray, double t_min, double t_max) const;
 
+  /// The same for each lane whose bit is in `lanes`, with the rays in world space: the first hit
+  /// with begin < t <= end.
+  void first_hits(const RayLanes& rays, std::uint32_t lanes, MeshHitLanes& hits) const;
+  /// The lanes that hit anything with begin < t < end.
+  std::uint32_t occluded(const RayLanes& rays, std::uint32_t lanes) const;
+
   const Mesh& mesh() const { return *mesh_; }
+  const MeshBox& box() const { return box_; }
 
  private:
-  struct Tree;
+  class Tree;
 
   std::shared_ptr<const Mesh> mesh_;
+  MeshBox box_;
   std::unique_ptr<Tree> tree_;
 };
 

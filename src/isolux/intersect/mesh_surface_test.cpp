@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "every_instruction_set.h"
 #include "isolux/base/parallel.h"
 #include "isolux/intersect/ray_triangle.h"
 #include "isolux/mesh/extract_isosurface.h"
@@ -77,6 +78,91 @@ TEST(MeshSurface, the_first_hit_is_that_of_trying_all_triangles_to_the_last_bit)
   EXPECT_GT(hits, 150);
 }
 
+RayLanes in_lanes(const std::vector<Ray>& rays, float begin, float end) {
+  RayLanes lanes;
+  for (std::size_t n = 0; n < RayLanes::kCount; ++n) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lanes.origin[axis][n] = rays[n].origin[axis];
+      lanes.direction[axis][n] = rays[n].direction[axis];
+    }
+    lanes.begin[n] = begin;
+    lanes.end[n] = end;
+  }
+  return lanes;
+}
+
+// What any ray of `lanes` has to meet between begin and end, by trying every triangle.
+std::optional<MeshHit> first_of(const Mesh& mesh, const Ray& ray, double begin, double end) {
+  std::optional<MeshHit> first;
+  for (const MeshHit& hit : all_hits(mesh, ray)) {
+    if (hit.t > begin && hit.t <= end && (!first || hit.t < first->t)) first = hit;
+  }
+  return first;
+}
+
+// A packet of rays, and what trying all triangles says of it.
+struct Case {
+  RayLanes rays;
+  std::uint32_t asked;
+  std::vector<std::optional<MeshHit>> wanted;
+};
+
+std::vector<Case> cases_for(const Mesh& mesh, Vec3 on_needle) {
+  RandomRays random;
+  std::vector<Case> cases;
+  for (int packet = 0; packet < 24; ++packet) {
+    const bool run_together = packet % 2 == 0;  // from one eye; else each its own way
+    const Vec3 eye = 300 * random.direction();
+    std::vector<Ray> rays;
+    for (int n = 0; n < RayLanes::kCount; ++n) {
+      Vec3 target = 50 * random.direction();
+      if (n % 4 == 0) target = on_needle + Vec3{30 * random.number(), 0, 0};
+      if (n % 4 == 1) target = as_double(mesh.positions[random.below(mesh.positions.size())]);
+      const Vec3 from = run_together ? eye : 200 * random.direction();
+      rays.push_back({from, normalize(target - from)});
+    }
+    const float begin = packet % 3 == 0 ? 0 : 150, end = packet % 3 == 2 ? 210 : 1e9f;
+    Case one{in_lanes(rays, begin, end), packet == 5 ? 0x00ff00f0 : ~0u, {}};
+    for (const Ray& ray : rays) one.wanted.push_back(first_of(mesh, ray, begin, end));
+    cases.push_back(one);
+  }
+  return cases;
+}
+
+TEST(MeshSurface, rays_side_by_side_meet_what_trying_all_triangles_finds_on_every_instruction_set) {
+  // With a needle that is longer than the head, and narrower than Embree's floats can tell.
+  Mesh mesh = extract_isosurface(head_phantom(24), 300);
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const Vec3f& p : {Vec3f{-90, -100, 1}, Vec3f{90, -100, 1}, Vec3f{0, -100, 1.0001f}}) {
+    mesh.positions.push_back(p);
+  }
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  const auto needle = static_cast<std::uint32_t>(mesh.triangles.size() - 1);
+  const std::vector<Case> cases = cases_for(mesh, {0, -100, 1.00005});
+  on_every_instruction_set([&](const std::string& set) {
+    const MeshSurface surface(std::make_shared<const Mesh>(mesh));
+    int hits_of_needle = 0, hits = 0;
+    for (const Case& one : cases) {
+      MeshHitLanes found;
+      surface.first_hits(one.rays, one.asked, found);
+      EXPECT_EQ(surface.occluded(one.rays, one.asked), found.hit);  // no hit lies just at the end
+      EXPECT_EQ(found.hit & ~one.asked, 0u);
+      for (std::size_t n = 0; n < RayLanes::kCount; ++n) {
+        if (!(one.asked >> n & 1)) continue;
+        const auto& wanted = one.wanted[n];
+        ASSERT_EQ(found.hit >> n & 1, wanted.has_value()) << set << " " << n;
+        if (!wanted) continue;
+        ++hits;
+        hits_of_needle += wanted->triangle == needle;
+        EXPECT_EQ(found.triangle[n], wanted->triangle);
+        EXPECT_EQ(found.t[n], wanted->t);
+      }
+    }
+    EXPECT_GT(hits, 300);
+    EXPECT_GT(hits_of_needle, 20);
+  });
+}
+
 TEST(MeshSurface, rays_at_vertices_and_edges_of_a_closed_mesh_cross_it_an_even_number_of_times) {
   const Mesh& mesh = *head();
   RandomRays random;
@@ -123,6 +209,15 @@ TEST(MeshSurface, of_two_triangles_in_one_place_the_lower_number_is_met) {
   EXPECT_EQ(hit->t, 3);
   EXPECT_EQ(hit->u, 0.25);
   EXPECT_EQ(hit->v, 0.25);
+}
+
+TEST(MeshSurface, triangles_without_area_are_met_by_nothing_and_harm_nothing) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  const MeshSurface surface(std::make_shared<const Mesh>(mesh));
+  EXPECT_FALSE(surface.first_hit({{0.5, 0, 3}, {0, 0, -1}}).has_value());
+  EXPECT_FALSE(surface.any_hit({{0.5, -1, 0}, {0, 1, 0}}, 0, kInfinity));
 }
 
 // ctest gives each test a process of its own, so that Embree is the first to use threads here.

@@ -62,8 +62,27 @@ SkipGrid::SkipGrid(const Volume& volume, const BrickGrid& bricks, double iso) {
       }
     });
   });
-  for (const auto& slab : found) blocks_.insert(blocks_.end(), slab.begin(), slab.end());
+  for (const auto& slab : found) cubes_[0].insert(cubes_[0].end(), slab.begin(), slab.end());
+  gather_cubes();
   measure_distances();
+}
+
+// Each level from the one before: a cube of it holds up to eight of those.
+void SkipGrid::gather_cubes() {
+  Block dims = dims_;
+  for (std::size_t level = 1; level < kLevels; ++level) {
+    for (std::int32_t& count : dims) count = (count + 1) / 2;
+    std::vector<std::uint8_t> is_there(static_cast<std::size_t>(dims[0]) *
+                                       static_cast<std::size_t>(dims[1]) *
+                                       static_cast<std::size_t>(dims[2]));
+    for (const Block& part : cubes_[level - 1]) {
+      const Block cube{part[0] / 2, part[1] / 2, part[2] / 2};
+      std::uint8_t& known = is_there[static_cast<std::size_t>(
+          cube[0] + std::int64_t{dims[0]} * (cube[1] + std::int64_t{dims[1]} * cube[2]))];
+      if (!known) cubes_[level].push_back(cube);
+      known = 1;
+    }
+  }
 }
 
 // The Chebyshev distance is separable: along i first, then the nearest along j of what was found,
@@ -102,8 +121,9 @@ void SkipGrid::measure_distances() {
 }
 
 double SkipGrid::bytes() const {
-  return static_cast<double>(leaps_.size()) + 8 * static_cast<double>(size()) +
-         static_cast<double>(blocks_.size() * sizeof(Block));
+  double bytes = static_cast<double>(leaps_.size()) + 8 * static_cast<double>(size());
+  for (const auto& cubes : cubes_) bytes += static_cast<double>(cubes.size() * sizeof(Block));
+  return bytes;
 }
 
 }  // namespace isolux

@@ -19,6 +19,7 @@ class SkipGrid {
  public:
   static constexpr int kBlockCells = 4;     ///< along a block's edge
   static constexpr int kGreatestLeap = 15;  ///< distances are cut off here
+  static constexpr int kLevels = 5;         ///< of cubes
 
   using Block = std::array<std::int32_t, 3>;
 
@@ -27,8 +28,11 @@ class SkipGrid {
 
   /// Blocks along i, j, k, without the border.
   const Block& dims() const { return dims_; }
-  /// The blocks that hold surface cells.
-  const std::vector<Block>& blocks() const { return blocks_; }
+  /// The cubes of `kBlockCells << level` cells along an edge that hold surface cells; the place of
+  /// each is counted in cubes of that size. Level 0: the blocks.
+  const std::vector<Block>& cubes(int level) const {
+    return cubes_[static_cast<std::size_t>(level)];
+  }
   double bytes() const;
 
   /// Place in `leaps` and `cells` of a block, -1 <= block <= dims along each axis.
@@ -55,13 +59,14 @@ class SkipGrid {
   };
 
   void measure_distances();
+  void gather_cubes();
 
   Block dims_{};
   std::size_t stride_y_ = 0;
   std::size_t stride_z_ = 0;
   std::vector<std::uint8_t> leaps_;
   std::unique_ptr<std::uint64_t[], Free> cells_;  ///< calloc'ed: empty regions stay untouched
-  std::vector<Block> blocks_;
+  std::array<std::vector<Block>, kLevels> cubes_;
 };
 
 }  // namespace isolux

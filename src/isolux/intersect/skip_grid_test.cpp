@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <set>
 
 #include "isolux/base/parallel.h"
 #include "isolux/volume/cell.h"
@@ -51,6 +52,13 @@ void expect_right(const Volume& volume, double iso) {
       }
     }
   }
+  for (int level = 0; level < SkipGrid::kLevels; ++level) {
+    std::set<Block> expected;
+    for (const auto& [x, y, z] : full) expected.insert({x >> level, y >> level, z >> level});
+    const std::vector<Block>& cubes = grid.cubes(level);
+    EXPECT_EQ(cubes.size(), expected.size());
+    EXPECT_EQ(std::set<Block>(cubes.begin(), cubes.end()), expected);
+  }
   for (int z = -1; z <= grid.dims()[2]; ++z) {
     for (int y = -1; y <= grid.dims()[1]; ++y) {
       for (int x = -1; x <= grid.dims()[0]; ++x) {
@@ -88,7 +96,9 @@ TEST(SkipGrid, is_the_same_for_any_number_of_threads) {
     return grid;
   };
   const auto one = with(1), many = with(5);
-  EXPECT_EQ(one->blocks(), many->blocks());
+  for (int level = 0; level < SkipGrid::kLevels; ++level) {
+    EXPECT_EQ(one->cubes(level), many->cubes(level));
+  }
   EXPECT_TRUE(std::equal(one->leaps(), one->leaps() + one->size(), many->leaps()));
   EXPECT_TRUE(std::equal(one->cells(), one->cells() + one->size(), many->cells()));
 }

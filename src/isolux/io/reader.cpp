@@ -9,10 +9,13 @@
 #include <utility>
 
 #include "isolux/base/error.h"
+#include "isolux/base/memory.h"
+#include "isolux/base/number_text.h"
 #include "isolux/io/dicom_signature.h"
 #include "isolux/io/format.h"
 #include "isolux/io/placement_fault.h"
-#include "isolux/io/unpacked_zip.h"
+#include "isolux/io/unpacked_archive.h"
+#include "isolux/mesh/smooth_normals.h"
 
 namespace isolux {
 namespace {
@@ -112,15 +115,21 @@ OpenedInput open_folder_of_index(const ReadRequest& request) {
   return opened;
 }
 
-// Does `work`; what it says of files in the unpacked folder, it says of the zip: that folder is
+bool is_archive(const std::string& first_bytes) {
+  constexpr std::size_t kTarMark = 257;
+  return first_bytes.starts_with("PK\3\4") ||
+         (first_bytes.size() > kTarMark && first_bytes.compare(kTarMark, 5, "ustar") == 0);
+}
+
+// Does `work`; what it says of files in the unpacked folder, it says of the archive: that folder is
 // gone when the message is read.
 template <typename Work>
-auto about_zip(const std::string& name, const UnpackedZip& zip, const Work& work) {
+auto about_archive(const std::string& name, const UnpackedArchive& archive, const Work& work) {
   try {
     return work();
   } catch (const WorkError& error) {
     std::string why = error.what();
-    const std::string folder = zip.folder().string();
+    const std::string folder = archive.folder().string();
     const bool is_of_all = why.starts_with(folder + ": ");
     for (const std::string& hidden : {folder + "/", folder + ": "}) {
       for (std::size_t at = 0; (at = why.find(hidden)) != std::string::npos;) {
@@ -132,19 +141,19 @@ auto about_zip(const std::string& name, const UnpackedZip& zip, const Work& work
   }
 }
 
-OpenedInput open_zip(const ReadRequest& request) {
-  const auto zip = std::make_shared<const UnpackedZip>(request.name);
-  OpenedInput opened = about_zip(request.name, *zip, [&] {
-    return open_folder({zip->folder().string(), request.grid, request.listener});
+OpenedInput open_archive(const ReadRequest& request) {
+  const auto archive = std::make_shared<const UnpackedArchive>(request.name);
+  OpenedInput opened = about_archive(request.name, *archive, [&] {
+    return open_folder({archive->folder().string(), request.grid, request.listener});
   });
-  opened.read_voxels = [zip, name = request.name,
+  opened.read_voxels = [archive, name = request.name,
                         read = opened.read_voxels](std::vector<std::string>& notes) {
-    return about_zip(name, *zip, [&] { return read(notes); });
+    return about_archive(name, *archive, [&] { return read(notes); });
   };
   opened.result.files = {request.name};
   opened.result.notes.insert(
       opened.result.notes.begin(),
-      "unpacked " + std::to_string(zip->file_count()) + " files from the zip");
+      "unpacked " + std::to_string(archive->file_count()) + " files from the archive");
   return opened;
 }
 
@@ -153,7 +162,7 @@ OpenedInput open_known_format(const ReadRequest& request) {
   const std::vector<Format> known = formats();
   if (const Format* format = format_of(known, request)) return format->open(request);
   const std::string first_bytes = first_bytes_of(request.name);
-  if (first_bytes.starts_with("PK\3\4")) return open_zip(request);
+  if (is_archive(first_bytes)) return open_archive(request);
   if (is_dicom_directory(first_bytes)) return open_folder_of_index(request);
   if (request.grid.dims || request.grid.type) return open_raw(request);
   std::error_code error;
@@ -163,8 +172,21 @@ OpenedInput open_known_format(const ReadRequest& request) {
                       (guess.empty() ? "; `isolux --help` lists the formats" : ": " + guess));
 }
 
+void smooth(ReadResult& result, double crease_deg) {
+  const Mesh& mesh = *result.mesh;
+  constexpr double kBytesOfCorner = 2 * (sizeof(Vec3f) * 3 + sizeof(TexturePoint) + 8);
+  check_memory(3 * kBytesOfCorner * static_cast<double>(mesh.triangles.size()), result.name);
+  result.mesh = std::make_shared<const Mesh>(with_smooth_normals(mesh, crease_deg));
+  result.is_smoothed = true;
+  result.notes.push_back("without normals: made smooth but for edges sharper than " +
+                         to_text(crease_deg) + " degrees");
+}
+
 OpenedInput open_file(const ReadRequest& request) {
   OpenedInput opened = open_known_format(request);
+  if (request.grid.crease_deg && opened.result.mesh && opened.result.mesh->normals.empty()) {
+    smooth(opened.result, *request.grid.crease_deg);
+  }
   if (!request.grid.spacing_mm || opened.result.format == "raw" || opened.result.mesh)
     return opened;
   replace_spacing(opened.volume, *request.grid.spacing_mm);
@@ -239,6 +261,8 @@ std::vector<OpenedInput> open_inputs(const SceneDescription& description,
                 [](const OpenedInput& i) { return i.result.volume_count > 1; });
   refuse_unless(grid.series.has_value(), "--series", "no input is a DICOM series",
                 [](const OpenedInput& i) { return i.result.format == "DICOM"; });
+  refuse_unless(grid.crease_deg.has_value(), "--crease", "no input is a mesh without normals",
+                [](const OpenedInput& i) { return i.result.is_smoothed; });
   return inputs;
 }
 

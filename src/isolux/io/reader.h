@@ -33,6 +33,7 @@ struct ReadResult {
   int volume_count = 1;            ///< how many --volume could choose from
   int series_count = 1;            ///< how many --series could choose from
   std::shared_ptr<const Mesh> mesh = nullptr;  ///< null where it is a volume
+  bool is_smoothed = false;  ///< a mesh whose normals are not its file's, but made by crease_deg
 };
 
 /// An input whose header is read and checked, and whose voxels are not read yet; or a mesh, which

@@ -61,11 +61,11 @@ Vec3 shading_normal(const Mesh& mesh, const MeshPoint& point) {
   if (!mesh.normals.empty()) {
     const Vec3 normal =
         blended(mesh, point, [&](std::uint32_t n) { return as_double(mesh.normals[n]); });
-    if (normal != Vec3{}) return normalize(normal);
+    if (normal != Vec3{}) return (1 / length(normal)) * normal;
   }
   const auto [a, b, c] = corners(mesh, mesh.triangles[point.triangle]);
   const Vec3 normal = cross(b - a, c - a);
-  return normal == Vec3{} ? normal : normalize(normal);
+  return normal == Vec3{} ? normal : (1 / length(normal)) * normal;
 }
 
 Material material_at(const Mesh& mesh, const MeshPoint& point) {

@@ -40,7 +40,6 @@ void add_further(const Scene& scene, const FurtherPoint& point, const std::vecto
     return;
   }
   layer.depth_mm = point.came_mm;
-  layer.weight = weight.r * layer.material.opacity;
   e.layers.push_back(std::move(layer));
 }
 
@@ -76,7 +75,6 @@ Explanation explain(const Scene& scene, int x, int y) {
     e.layers.push_back(layer_of(scene, sample.surface, sample.point, point_of(e.eye_ray, sample),
                                 shadows.of_pixel(place), indirect.of_pixel(place)));
     e.layers[0].depth_mm = sample.depth_mm;
-    e.layers[0].weight = e.layers[0].material.opacity;
     for (std::size_t n = 0; !buffer.further.empty() && n < buffer.further[0].size(); ++n) {
       const FurtherPoint& point = buffer.further[0][n];
       if (point.pixel == place)
@@ -86,7 +84,10 @@ Explanation explain(const Scene& scene, int x, int y) {
     e.background = scene.background;
   }
   e.total = e.mirror + e.background;
-  for (const ExplainedLayer& layer : e.layers) {
+  double open = 1;
+  for (ExplainedLayer& layer : e.layers) {
+    layer.weight = open * layer.material.opacity;
+    open *= 1 - layer.material.opacity;
     e.total = e.total + layer.weight * layer.terms.total;
   }
   const DisplayTable table(scene.display);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "isolux/base/error.h"
 #include "isolux/render/crossings.h"
 
 namespace isolux {
@@ -162,6 +163,10 @@ void FurtherPointFinder::follow(const std::vector<Branch>& branches, FurtherPoin
         } else {
           passed[static_cast<std::size_t>(number)] |= 1u << n;
         }
+      }
+      if (points.size() + mirrored.size() > kMostAtOnce) {
+        throw WorkError("--surface", "mirrors and translucent surfaces show each other too often",
+                        "lower --mirror-depth or kr, or raise the opacity");
       }
       for (std::size_t s = 0; s < passed.size(); ++s) {
         layers.pass(s, passed[s]);

@@ -16,12 +16,15 @@ namespace isolux {
 class FurtherPointFinder {
  public:
   static constexpr double kLeastWeight = 1e-6;
+  /// Rays and points that 32 pixels may come to.
+  static constexpr std::size_t kMostAtOnce = 1 << 20;
 
   /// Neither argument is copied.
   FurtherPointFinder(const Scene& scene, const SceneSurfaces& surfaces);
 
   /// Adds to `points` what lies beyond the nearest hits of eye rays (of unit direction, t in mm).
   /// Lane n is pixel first_pixel + n of the tile.
+  /// @throws WorkError  where translucent mirrors multiply to more than kMostAtOnce.
   void find(const RayPacket& eye_rays, const PacketHits& nearest, std::uint8_t first_pixel,
             FurtherPoints& points) const;
 

@@ -14,7 +14,8 @@ void light_point(const Scene& scene, std::int32_t surface, const MeshPoint& on_m
   const Material material = material_at(scene.surfaces[static_cast<std::size_t>(surface)], on_mesh);
   terms.point = point;
   terms.ambient = irradiance ? Rgb{} : ambient_term(material, scene.ambient);
-  terms.indirect = irradiance ? material.kd * *irradiance : Rgb{};
+  terms.irradiance = irradiance ? *irradiance : Rgb{};
+  terms.indirect = material.kd * terms.irradiance;
   terms.lights.clear();
   terms.diffuse = terms.specular = Rgb{};
   for (std::size_t n = 0; n < scene.lights.size(); ++n) {

@@ -46,7 +46,8 @@ struct Radiance {
 struct PointTerms {
   SurfacePoint point;
   Rgb ambient;
-  Rgb indirect;
+  Rgb irradiance;  ///< E, where there is indirect light
+  Rgb indirect;    ///< kd E
   std::vector<LightTerms> lights;
   Rgb diffuse;   ///< sum over lights
   Rgb specular;  ///< sum over lights

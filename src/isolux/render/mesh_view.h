@@ -1,10 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
-#include <optional>
 
 #include "isolux/intersect/mesh_surface.h"
 #include "isolux/intersect/rasteriser.h"
+#include "isolux/intersect/triangle_setup.h"
 #include "isolux/scene/camera.h"
 
 namespace isolux {
@@ -18,12 +19,17 @@ class MeshView {
   /// Rasterises.
   MeshView(const Mesh& mesh, const Camera& camera);
 
-  /// What the eye ray of pixel (x, y) meets before t_max; t as the camera's fan counts it.
-  std::optional<MeshHit> hit(int x, int y, double t_max) const;
+  /// Of a block of 8 x 4 pixels, lane n is (x[n], y[n]), those that may show the mesh.
+  std::uint32_t possible(const int* x, const int* y) const;
+
+  /// Finds the triangle that each of their eye rays meets before its end;
+  /// `rays` are those of the camera's fan. The lanes that meet one.
+  std::uint32_t triangles(const RayLanes& rays, std::uint32_t lanes, const int* x, const int* y,
+                          std::uint32_t* triangle) const;
 
  private:
   std::shared_ptr<const MeshSurface> surface_;
-  RayFan fan_;
+  raster::PixelBox box_{};  ///< beyond it no ray meets the mesh
   RasterBuffer raster_;
 };
 

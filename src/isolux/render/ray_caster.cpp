@@ -1,12 +1,14 @@
 #include "isolux/render/ray_caster.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <variant>
 
+#include "isolux/base/memory.h"
 #include "isolux/base/parallel.h"
-#include "isolux/mesh/mesh_attributes.h"
 #include "isolux/render/further_points.h"
 #include "isolux/render/mesh_view.h"
 #include "isolux/render/tile_bounds.h"
@@ -20,6 +22,9 @@ static_assert(kLanes == 2 * SurfaceBuffer::kBlockPixels);
 // A lane's pixel in two blocks side by side.
 constexpr int lane_x(int n) { return (n & 3) + (n >> 4 << 2); }
 constexpr int lane_y(int n) { return n >> 2 & 3; }
+
+// Rays this many cells apart pass through the volume more quickly each for itself.
+constexpr double kBeamCells = 0.6;
 
 }  // namespace
 
@@ -42,6 +47,14 @@ class RayCaster::Eye {
   // Whether row y is in the picture.
   bool sees(int y) const { return y < height_; }
 
+  // Whether anything can be met in the 8 x 4 pixels from (x0, y0).
+  bool may_meet(int x0, int y0) const {
+    return std::ranges::any_of(views_, [&](const auto& view) {
+      const auto* iso = std::get_if<IsoView>(&view);
+      return !iso || iso->blocks(x0, y0, width_) != 0;
+    });
+  }
+
   // The 8 x 4 pixels from (x0, y0): the upper or lower half of a tile.
   PacketHits trace(int x0, int y0) const {
     PacketHits nearest;
@@ -54,9 +67,7 @@ class RayCaster::Eye {
         trace_mesh(std::get<SeenMesh>(views_[n]), number, x0, y0, inside, nearest);
       }
     }
-    for (std::uint32_t rest = nearest.hit; rest != 0; rest &= rest - 1) {
-      finish(x0, y0, std::countr_zero(rest), nearest);
-    }
+    if (nearest.hit != 0) finish(x0, y0, nearest);
     return nearest;
   }
 
@@ -80,7 +91,22 @@ class RayCaster::Eye {
     IsoView(const IsoLanes& of, const RayFan& world, const Camera& camera)
         : lanes(&of),
           fan(carried(of.surface().index_from_world(), world)),
-          bounds(of.skip(), of.surface().volume().world_from_index, camera, SurfaceBuffer::kBlock) {
+          bounds(of.skip(), of.surface().volume().world_from_index, camera) {}
+
+    // Which of the two blocks of 4 x 4 pixels from (x0, y0) can show the surface: a bit for each.
+    unsigned blocks(int x0, int y0, int width) const {
+      unsigned blocks = 0;
+      for (int block = 0; block < 2 && x0 + 4 * block < width; ++block) {
+        const std::size_t at = bounds.at(x0 + 4 * block, y0);
+        if (bounds.near[at] <= bounds.far[at]) blocks |= 1u << block;
+      }
+      return blocks;
+    }
+
+    // How far neighbouring rays are from each other, in index space.
+    double cells_apart(double t) const {
+      return std::max(length(fan.origin.along_x + t * fan.direction.along_x),
+                      length(fan.origin.along_y + t * fan.direction.along_y));
     }
   };
   struct SeenMesh {
@@ -93,44 +119,63 @@ class RayCaster::Eye {
     RayLanes rays;
     HitLanes hits;
     std::uint32_t lanes = 0;
-    for (int block = 0; block < 2 && x0 + 4 * block < width_; ++block) {
+    float nearest_t = std::numeric_limits<float>::infinity();
+    const unsigned blocks = view.blocks(x0, y0, width_);
+    for (int block = 0; block < 2; ++block) {
+      if (!(blocks >> block & 1)) continue;
       const std::size_t at = view.bounds.at(x0 + 4 * block, y0);
-      if (view.bounds.near[at] > view.bounds.far[at]) continue;
       lanes |= 0xFFFFu << (16 * block);
+      nearest_t = std::min(nearest_t, view.bounds.near[at]);
       std::fill_n(rays.begin + 16 * block, 16, view.bounds.near[at]);
       std::fill_n(rays.end + 16 * block, 16, view.bounds.far[at]);
     }
     if ((lanes & inside) == 0) return;
-    set_rays(view.fan, x0, y0, rays);
+    set_rays(view.fan, x0, y0, rays.origin, rays.direction);
+    rays.is_beam = view.cells_apart(nearest_t) < kBeamCells;
     view.lanes->first_hits(rays, lanes & inside, hits);
     nearest.add(hits, number);
   }
 
   void trace_mesh(const SeenMesh& seen, std::int32_t number, int x0, int y0, std::uint32_t inside,
                   PacketHits& nearest) const {
-    for (std::uint32_t rest = inside; rest != 0; rest &= rest - 1) {
-      const int n = std::countr_zero(rest);
-      const int x = x0 + lane_x(n), y = y0 + lane_y(n);
-      const double t_max =
-          nearest.hit >> n & 1 ? nearest.t[n] : std::numeric_limits<double>::infinity();
-      const auto hit = seen.view.hit(x, y, t_max);
-      if (!hit) continue;
-      const MeshPoint point{hit->triangle, static_cast<float>(hit->u), static_cast<float>(hit->v)};
-      const Vec3 outward = shading_normal(*seen.mesh, point);
-      nearest.add(n, number, hit->t, point, outward, dot(outward, world_.direction.at(x, y)) > 0);
+    int x[kLanes], y[kLanes];
+    for (int n = 0; n < kLanes; ++n) {
+      x[n] = x0 + lane_x(n);
+      y[n] = y0 + lane_y(n);
     }
+    const std::uint32_t wanted = inside & seen.view.possible(x, y);
+    if (wanted == 0) return;
+    RayLanes rays;
+    set_rays(world_, x0, y0, rays.origin, rays.direction);
+    for (int n = 0; n < kLanes; ++n) {
+      rays.begin[n] = 0;
+      rays.end[n] = std::numeric_limits<float>::infinity();
+      if (nearest.hit >> n & 1) {  // as a float that is not before it
+        rays.end[n] = std::nextafter(static_cast<float>(nearest.t[n]), rays.end[n]);
+      }
+    }
+    std::uint32_t triangle[kLanes];
+    const std::uint32_t met = seen.view.triangles(rays, wanted, x, y, triangle);
+    if (met == 0) return;
+    MeshPointLanes points;
+    find_mesh_points(*seen.mesh, rays, triangle, met, points);
+    nearest.add(points, triangle, number);
   }
 
-  static void set_rays(const RayFan& fan, int x0, int y0, RayLanes& rays) {
+  static void set_rays(const RayFan& fan, int x0, int y0, double (&origin)[3][kLanes],
+                       double (&direction)[3][kLanes]) {
     for (int axis = 0; axis < 3; ++axis) {
       const auto fill = [&](const RayFan::Plane& plane, double* out) {
         const double step_x = plane.along_x[axis], step_y = plane.along_y[axis];
-        for (int n = 0; n < kLanes; ++n) {
-          out[n] = plane.first[axis] + (x0 + lane_x(n)) * step_x + (y0 + lane_y(n)) * step_y;
+        double column[8];  // the summands of RayFan::Plane::at
+        for (int x = 0; x < 8; ++x) column[x] = plane.first[axis] + (x0 + x) * step_x;
+        for (int n = 0; n < kLanes; n += 4) {
+          const double row = (y0 + lane_y(n)) * step_y;
+          for (int x = 0; x < 4; ++x) out[n + x] = column[lane_x(n) + x] + row;
         }
       };
-      fill(fan.origin, rays.origin[axis]);
-      fill(fan.direction, rays.direction[axis]);
+      fill(fan.origin, origin[axis]);
+      fill(fan.direction, direction[axis]);
     }
   }
 
@@ -144,11 +189,16 @@ class RayCaster::Eye {
   }
 
   // From the fan's t to mm.
-  void finish(int x0, int y0, int n, PacketHits& hits) const {
-    const Vec3 direction = world_.direction.at(x0 + lane_x(n), y0 + lane_y(n));
-    const double scale = length(direction);
-    hits.t[n] *= scale;
-    hits.face(n, direction);
+  void finish(int x0, int y0, PacketHits& hits) const {
+    double origin[3][kLanes], direction[3][kLanes];
+    set_rays(world_, x0, y0, origin, direction);
+    const auto& [dx, dy, dz] = direction;
+    for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
+      const int n = std::countr_zero(rest);
+      const Vec3 towards{dx[n], dy[n], dz[n]};
+      hits.t[n] *= length(towards);
+      hits.face(n, towards);
+    }
   }
 
   int width_, height_;
@@ -169,13 +219,18 @@ void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
                      const ProgressListener& listener) const {
   const Eye eye(surfaces_, scene_.visibility, camera);
   prepare(buffer);
+  std::atomic<std::size_t> further = 0;
   Progress progress(listener, "tracing", static_cast<std::size_t>(buffer.tiles_y()));
   parallel_for(static_cast<std::size_t>(buffer.tiles_y()), 1,
                [&](std::size_t begin, std::size_t end) {
                  const auto tiles_x = static_cast<std::size_t>(buffer.tiles_x());
                  for (std::size_t tile = begin * tiles_x; tile < end * tiles_x; ++tile) {
                    cast_tile(eye, tile, buffer);
+                   if (!buffer.further.empty()) further += buffer.further[tile].capacity();
                  }
+                 // Layers of noise may be many.
+                 check_memory(static_cast<double>(further * sizeof(FurtherPoint)),
+                              "what lies behind translucent surfaces and in mirrors");
                  progress.advance(end - begin);
                });
 }
@@ -207,7 +262,7 @@ std::uint64_t RayCaster::cast_tile(const Eye& eye, std::size_t tile, SurfaceBuff
   buffer.hits[tile] = 0;
   for (std::size_t half = 0; half < 2; ++half) {
     const int y = y0 + static_cast<int>(4 * half);
-    if (!eye.sees(y)) continue;
+    if (!eye.sees(y) || !eye.may_meet(x0, y)) continue;
     const PacketHits hits = eye.trace(x0, y);
     if (hits.hit == 0) continue;
     buffer.hits[tile] |= std::uint64_t{hits.hit} << (32 * half);

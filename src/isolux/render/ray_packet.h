@@ -1,23 +1,18 @@
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 
 #include "isolux/base/ray.h"
 #include "isolux/intersect/iso_lanes.h"
+#include "isolux/intersect/mesh_points.h"
 #include "isolux/mesh/mesh.h"
 
 namespace isolux {
 
 /// Rays side by side in world space. t counts in a direction's own length.
-struct RayPacket {
-  static constexpr int kCount = RayLanes::kCount;
-
-  double origin[3][kCount];     ///< mm
-  double direction[3][kCount];  ///< of any length but zero
-  float begin[kCount];          ///< the piece of the ray that is looked at
-  float end[kCount];            ///< may be infinite
-
+struct RayPacket : RayLanes {
   void set(int n, const Ray& ray) {
     for (int axis = 0; axis < 3; ++axis) {
       origin[axis][n] = ray.origin[axis];
@@ -41,41 +36,30 @@ struct PacketHits {
   std::int32_t surface[kCount];
   MeshPoint point[kCount];  ///< on a mesh
 
-  /// Whether `bit`'s lane has nothing as near as t_there.
-  bool is_nearer(std::uint32_t bit, int n, double t_there) const {
-    return !(hit & bit) || t_there < t[n];
-  }
-
   /// Takes those hits that are nearer.
   void add(const HitLanes& hits, std::int32_t number) {
+    if (hit == 0) return set(hits, number);
     for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
-      const std::uint32_t bit = 1u << n;
-      if (!is_nearer(bit, n, hits.t[n])) continue;
-      hit |= bit;
-      turned = (turned & ~bit) | (hits.away & bit);
-      t[n] = hits.t[n];
-      surface[n] = number;
-      point[n] = {};
-      for (int axis = 0; axis < 3; ++axis) {
-        normal[axis][n] = hits.away & bit ? -hits.normal[axis][n] : hits.normal[axis][n];
-      }
+      if (is_nearer(n, hits.t[n])) take(n, hits, number, {});
+    }
+  }
+  void add(const MeshPointLanes& points, const std::uint32_t* triangle, std::int32_t number) {
+    for (std::uint32_t rest = points.met; rest != 0; rest &= rest - 1) {
+      const int n = std::countr_zero(rest);
+      if (!is_nearer(n, points.t[n])) continue;
+      take(n, points, number, {triangle[n], points.u[n], points.v[n]});
     }
   }
 
-  /// Takes the hit of lane n on a mesh, whose normal is `outward`, if it is nearer.
-  void add(int n, std::int32_t number, double t_there, const MeshPoint& there, Vec3 outward,
-           bool away) {
-    const std::uint32_t bit = 1u << n;
-    if (!is_nearer(bit, n, t_there)) return;
-    hit |= bit;
-    turned = away ? turned | bit : turned & ~bit;
-    t[n] = t_there;
-    surface[n] = number;
-    point[n] = there;
-    for (int axis = 0; axis < 3; ++axis) {
-      normal[axis][n] = static_cast<float>(away ? -outward[axis] : outward[axis]);
-    }
+  /// Takes all hits, where there were none.
+  void set(const HitLanes& hits, std::int32_t number) {
+    hit = hits.hit;
+    turned = hits.turned;
+    std::ranges::copy(hits.t, t);
+    for (int axis = 0; axis < 3; ++axis) std::ranges::copy(hits.normal[axis], normal[axis]);
+    std::ranges::fill(surface, number);
+    std::ranges::fill(point, MeshPoint{});
   }
 
   /// Where the surface has no normal, it faces the origin of the ray.
@@ -85,6 +69,21 @@ struct PacketHits {
     for (int axis = 0; axis < 3; ++axis) {
       normal[axis][n] = static_cast<float>(-direction[axis] / scale);
     }
+  }
+
+ private:
+  bool is_nearer(int n, double t_there) const { return !(hit >> n & 1) || t_there < t[n]; }
+
+  // What lane n meets, out of lanes of either kind.
+  template <typename Lanes>
+  void take(int n, const Lanes& from, std::int32_t number, const MeshPoint& there) {
+    const std::uint32_t bit = 1u << n;
+    hit |= bit;
+    turned = (turned & ~bit) | (from.turned & bit);
+    t[n] = from.t[n];
+    surface[n] = number;
+    point[n] = there;
+    for (int axis = 0; axis < 3; ++axis) normal[axis][n] = from.normal[axis][n];
   }
 };
 

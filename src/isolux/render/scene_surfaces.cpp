@@ -1,11 +1,9 @@
 #include "isolux/render/scene_surfaces.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "isolux/mesh/extract_isosurface.h"
-#include "isolux/mesh/mesh_attributes.h"
 #include "isolux/mesh/mesh_box.h"
 
 namespace isolux {
@@ -82,29 +80,20 @@ void PreparedSurface::first_hits(const RayPacket& rays, std::uint32_t lanes, std
     hits.add(found, number);
     return;
   }
-  for (std::uint32_t rest = tree_ ? lanes : 0; rest != 0; rest &= rest - 1) {
-    const int n = std::countr_zero(rest);
-    const double begin = rays.begin[n];
-    Ray ray = rays.ray(n);
-    ray.origin = ray.at(begin);
-    const auto hit = tree_->first_hit(ray, rays.end[n] - begin);
-    if (!hit) continue;
-    const MeshPoint point{hit->triangle, static_cast<float>(hit->u), static_cast<float>(hit->v)};
-    const Vec3 outward = shading_normal(*mesh_, point);
-    hits.add(n, number, begin + hit->t, point, outward, dot(outward, ray.direction) > 0);
-  }
+  if (!tree_) return;
+  MeshHitLanes found;
+  tree_->first_hits(rays, lanes, found);
+  if (found.hit == 0) return;
+  MeshPointLanes points;
+  find_mesh_points(*mesh_, rays, found.triangle, found.hit, points);
+  hits.add(points, found.triangle, number);
 }
 
 std::uint32_t PreparedSurface::any_hits(const RayPacket& rays, std::uint32_t lanes) const {
   if (lanes_) {
     return lanes_->occluded(in_index_space(lanes_->surface().index_from_world(), rays), lanes);
   }
-  std::uint32_t any = 0;
-  for (std::uint32_t rest = tree_ ? lanes : 0; rest != 0; rest &= rest - 1) {
-    const int n = std::countr_zero(rest);
-    if (tree_->any_hit(rays.ray(n), rays.begin[n], rays.end[n])) any |= 1u << n;
-  }
-  return any;
+  return tree_ ? tree_->occluded(rays, lanes) : 0;
 }
 
 bool PreparedSurface::any_hit(const Ray& ray, double t_max) const {

@@ -6,12 +6,14 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "isolux/base/error.h"
 #include "isolux/mesh/extract_isosurface.h"
 #include "isolux/render/explanation.h"
 #include "isolux/render/pictures.h"
 #include "isolux/render/ray_caster.h"
 #include "isolux/render/relight.h"
 #include "isolux/render/shadows.h"
+#include "isolux/render/test_scenes.h"
 #include "isolux/scene/document.h"
 #include "isolux/volume/phantom.h"
 
@@ -23,36 +25,7 @@ namespace {
 using nlohmann::json;
 using std::numbers::pi;
 
-constexpr int kSize = 48;
-
-Scene scene_of(const std::vector<SceneInput>& inputs, const json& settings) {
-  json document = empty_document();
-  document["size"] = {kSize, kSize};
-  document.update(settings);
-  SceneDescription description = describe(document, "scene");
-  description.inputs.resize(inputs.size());
-  for (std::size_t n = 0; n < inputs.size(); ++n) description.inputs[n] = std::to_string(n);
-  return resolve(description, inputs);
-}
-
-SceneInput volume(Volume v) { return {std::make_shared<const Volume>(std::move(v))}; }
-SceneInput mesh(Mesh m) { return {nullptr, std::make_shared<const Mesh>(std::move(m))}; }
-
-// A square of half width `half` at height z whose outside is towards +z or, `down`, -z. Red grows
-// with x, green with y, from 0 to 1 over the square.
-Mesh square(double z, double half, bool down) {
-  Mesh m;
-  for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
-    m.positions.push_back(
-        {static_cast<float>(x * half), static_cast<float>(y * half), static_cast<float>(z)});
-    m.colors.push_back({static_cast<float>(x + 1) / 2, static_cast<float>(y + 1) / 2, 0.25f});
-  }
-  m.triangles = {{0, 1, 2}, {0, 2, 3}};
-  if (down) m.triangles = {{0, 2, 1}, {0, 3, 2}};
-  m.materials.push_back({"", Material{{1, 1, 1}, {0.5, 0.5, 0.5}, {}, 1}, nullptr});
-  m.parts.push_back({0, 2, 0});
-  return m;
-}
+constexpr int kSize = kTestSize;
 
 // f = z on a grid of 1 mm about the origin: the isosurface at v is the plane z = -v, outside up.
 Volume slope(int size) {
@@ -465,6 +438,28 @@ TEST(Mirror, between_two_mirrors_reflections_add_up_to_the_mirror_depth) {
     });
     EXPECT_EQ(hits, kSize * kSize);
   }
+}
+
+TEST(Mirror, translucent_mirrors_that_multiply_without_end_are_refused) {
+  // Each meeting of a ray with either square makes two of it, each with half the weight, so a pixel
+  // has a million before they count as nothing.
+  const json half = {{"kr", {1, 1, 1}}, {"opacity", 0.5}};
+  json lower = half, upper = half;
+  lower["input"] = 1;
+  upper["input"] = 2;
+  json settings = {{"surface", {lower, upper}},
+                   {"mirror-depth", 64},
+                   {"camera", {{"eye", {0, 0, 20}}, {"target", {0, 0, 0}}, {"up", {0, 1, 0}}}}};
+  const std::vector<SceneInput> inputs = {mesh(square(0, 200, false)), mesh(square(50, 200, true)),
+                                          mesh(square(-50, 200, true)),
+                                          mesh(square(90, 200, true))};
+  settings["surface"].push_back({{"input", 3}, {"kr", {1, 1, 1}}});
+  settings["surface"].push_back({{"input", 4}, {"kr", {1, 1, 1}}});
+  const Scene endless = scene_of(inputs, settings);
+  EXPECT_THROW(RayCaster(endless).cast(*endless.camera), WorkError);
+  settings["mirror-depth"] = 3;
+  const Scene bounded = scene_of(inputs, settings);
+  EXPECT_NO_THROW(RayCaster(bounded).cast(*bounded.camera));
 }
 
 TEST(Mirror, a_faultless_mirror_shows_the_lamp_where_phi_is_0_and_nowhere_else) {

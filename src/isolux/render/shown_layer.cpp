@@ -110,15 +110,20 @@ ShownPicture depth(const Scene& scene, const SurfaceBuffer& buffer) {
 
 }  // namespace
 
-std::optional<ShownLayer> shown_layer_named(std::string_view name) {
+std::span<const std::pair<std::string_view, ShownLayer>> shown_layers() {
   using enum ShownLayer;
-  constexpr std::pair<std::string_view, ShownLayer> kNames[] = {
+  static constexpr std::pair<std::string_view, ShownLayer> kLayers[] = {
       {"picture", kPicture},   {"ambient", kAmbient}, {"diffuse", kDiffuse},
       {"specular", kSpecular}, {"mirror", kMirror},   {"cos-theta", kCosTheta},
       {"cos-phi", kCosPhi},    {"normal", kNormal},   {"depth", kDepth}};
-  const auto* found =
-      std::ranges::find(kNames, name, &std::pair<std::string_view, ShownLayer>::first);
-  return found == std::end(kNames) ? std::nullopt : std::optional(found->second);
+  return kLayers;
+}
+
+std::optional<ShownLayer> shown_layer_named(std::string_view name) {
+  for (const auto& [known, layer] : shown_layers()) {
+    if (known == name) return layer;
+  }
+  return std::nullopt;
 }
 
 ShownPicture show_layer(ShownLayer layer, const Scene& scene, std::size_t light, Session& session) {

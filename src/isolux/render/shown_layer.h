@@ -4,8 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "isolux/image/picture.h"
@@ -26,8 +28,9 @@ enum class ShownLayer {
   kDepth
 };
 
-/// "picture", "ambient", "diffuse", "specular", "mirror", "cos-theta", "cos-phi", "normal",
-/// "depth".
+/// All of them with their names: "picture", "ambient", "diffuse", ...
+std::span<const std::pair<std::string_view, ShownLayer>> shown_layers();
+
 std::optional<ShownLayer> shown_layer_named(std::string_view name);
 
 /// How to read false colours: evenly spaced colours from the value `low` to the value `high`.

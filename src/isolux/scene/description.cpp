@@ -168,12 +168,12 @@ void describe_indirect(const json& given, const json& complete, SceneDescription
     refuse(given, name, std::string("--") + name, "belongs to the path tracer",
            "add --indirect path");
   }
-  scene.bounces = complete["bounces"].get<int>();
+  scene.bounces = optional_whole(complete, "bounces").value_or(scene.bounces);
   scene.indirect_error = optional_number(complete, "error");
   constexpr int kMost = 1 << 16;
   const int most = scene.indirect_error && !given.contains("spp") ? kMost : 64;
   scene.spp = optional_whole(complete, "spp").value_or(most);
-  scene.seed = complete["seed"].get<std::uint64_t>();
+  scene.seed = complete.value("seed", std::uint64_t{0});
 }
 
 }  // namespace
@@ -188,6 +188,7 @@ SceneDescription describe(const json& document, const std::string& what) {
   if (complete.contains("type")) scene.grid.type = complete["type"].get<std::string>();
   scene.grid.volume = optional_whole(complete, "volume");
   if (complete.contains("series")) scene.grid.series = complete["series"].get<std::string>();
+  scene.grid.crease_deg = optional_number(complete, "crease");
   scene.width = complete["size"][0].get<int>();
   scene.height = complete["size"][1].get<int>();
   for_each_item(document, complete, "surface", [&](const json&, const json& item, const auto&) {

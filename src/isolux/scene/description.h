@@ -55,13 +55,14 @@ struct CameraDescription {
 };
 
 /// How inputs are to be read: the grid of headerless raw files, a spacing in place of a file's own,
-/// and which of several volumes in a file.
+/// which of several volumes in a file, and how smooth a mesh is that does not say.
 struct GridDescription {
   std::optional<std::array<int, 3>> dims;
   std::optional<std::string> type;  ///< as in the option table: "i16be"
   std::optional<Vec3> spacing_mm;
   std::optional<int> volume;          ///< of a 4-D file, counted from 0
   std::optional<std::string> series;  ///< of a DICOM folder: its number in the list, from 1, or UID
+  std::optional<double> crease_deg;   ///< of a mesh without normals: sharper edges stay edges
 };
 
 /// All that a scene document says, typed and checked for sense, with nothing loaded.

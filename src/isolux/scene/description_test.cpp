@@ -18,6 +18,16 @@ json scene_with(const char* key, const json& value) {
   return document;
 }
 
+TEST(Document, numbers_are_written_in_one_way_whether_they_are_whole_or_not) {
+  json whole = empty_document(), written = empty_document();
+  whole["surface"] = {{{"iso", 300}, {"kd", {1, 0, 0}}}, {{"input", 2}, {"shininess", 4}}};
+  whole["camera"] = {{"fov", 18}};
+  written["surface"] = {{{"iso", 300.0}, {"kd", {1.0, 0.0, 0.0}}},
+                        {{"input", 2}, {"shininess", 4.0}}};
+  written["camera"] = {{"fov", 18.0}};
+  EXPECT_EQ(with_defaults(whole).dump(), with_defaults(written).dump());
+}
+
 TEST(Description, an_empty_scene_has_the_contracts_defaults) {
   const SceneDescription scene = describe(empty_document(), "scene");
   EXPECT_TRUE(scene.inputs.empty());

@@ -32,6 +32,23 @@ void fill_defaults(const std::vector<Option>& options, json& values) {
   }
 }
 
+// 18 and 18.0 are one number: the command line and a scene file are to give one document.
+void write_as_doubles(const std::vector<Option>& options, json& values) {
+  for (const Option& option : options) {
+    if (!values.contains(option.name)) continue;
+    json& given = values[option.name];
+    if (option.type == ValueType::kRecord && option.repeatable) {
+      for (json& item : given) write_as_doubles(option.fields, item);
+    } else if (option.type == ValueType::kRecord) {
+      write_as_doubles(option.fields, given);
+    } else if (option.type == ValueType::kNumber) {
+      given = given.get<double>();
+    } else if (option.type == ValueType::kVector || option.type == ValueType::kColor) {
+      for (json& part : given) part = part.get<double>();
+    }
+  }
+}
+
 void drop_defaults(const std::vector<Option>& options, json& values) {
   for (const Option& option : options) {
     if (!values.contains(option.name)) continue;
@@ -127,6 +144,7 @@ void check_document(const json& document, const std::string& what) {
 json with_defaults(const json& document) {
   json complete = document;
   fill_defaults(scene_options(), complete);
+  write_as_doubles(scene_options(), complete);
   return complete;
 }
 

@@ -23,7 +23,7 @@ nlohmann::json parse_document(const std::string& text, const std::string& what);
 /// refused; `what` names the file.
 void check_document(const nlohmann::json& document, const std::string& what);
 
-/// The document with every default of the option table written out.
+/// The document with every default of the option table written out, and numbers written in one way.
 nlohmann::json with_defaults(const nlohmann::json& document);
 
 /// The opposite: without what the option table's defaults say anyway.

@@ -36,10 +36,9 @@ Option choice(const char* name, const char* sentence, std::vector<std::string> c
           .choices = std::move(choices)};
 }
 
-// An option that this version refuses, whatever its value, or but for one.
-Option later(Option option, const char* not_yet, const char* only_value = "") {
+// An option that this version refuses, whatever its value.
+Option later(Option option, const char* not_yet) {
   option.not_yet = not_yet;
-  option.only_value = only_value;
   return option;
 }
 
@@ -211,6 +210,13 @@ std::vector<Option> make_scene_options() {
        .type = kText,
        .sentence = "which series of a DICOM folder: its number in the list that `isolux info` "
                    "prints, or its UID (default: the largest)"},
+      {.name = "crease",
+       .type = kNumber,
+       .sentence = "give a mesh without normals smooth ones, but not across edges sharper than "
+                   "this (default: its triangles are flat)",
+       .unit = "degrees",
+       .low = 0,
+       .high = 180},
       choice("shadows", "whether surfaces cast shadows", {"on", "off"}, "off"),
       choice("visibility",
              "how the surface in a pixel is found; raster draws an isosurface as the mesh that "
@@ -228,8 +234,7 @@ std::vector<Option> make_scene_options() {
              {"off", "transport", "path"}, "off"),
       {.name = "bounces",
        .type = kWhole,
-       .sentence = "bounces of indirect light",
-       .default_text = "2",
+       .sentence = "bounces of indirect light (default 2)",
        .low = 0,
        .high = 64},
       {.name = "spp",
@@ -246,8 +251,7 @@ std::vector<Option> make_scene_options() {
        .low_excluded = true},
       {.name = "seed",
        .type = kWhole,
-       .sentence = "another set of random numbers, with --indirect path",
-       .default_text = "0",
+       .sentence = "another set of random numbers, with --indirect path (default 0)",
        .low = 0,
        .high = 1e15},
       later({.name = "transfer", .type = kText, .sentence = "draw the volume itself as well"},

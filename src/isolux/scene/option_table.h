@@ -36,10 +36,8 @@ struct Option {
   bool repeatable = false;                ///< a list; in a scene file an array
   std::vector<Option> fields = {};        ///< kRecord
   bool kind_first = false;                ///< kRecord: the first field is written bare, without key
-  /// Known to the contract but not to this version: why it is refused. Where `only_value` is given,
-  /// that one value is still accepted, since it asks for nothing.
+  /// Known to the contract but not to this version: why it is refused.
   std::string not_yet = {};
-  std::string only_value = {};
 };
 
 /// The options that say what is drawn. One order for help, manual and scene files.

@@ -191,11 +191,7 @@ void check_value(const Option& option, const json& value, const std::string& wha
       check_record(option, value, what);
       break;
   }
-  if (option.not_yet.empty()) return;
-  if (option.only_value.empty()) throw UsageError(what, option.not_yet, "leave it out");
-  if (plain_from_text(option, option.only_value, what) != value) {
-    throw UsageError(what, option.not_yet, "leave it out, or give " + option.only_value);
-  }
+  if (!option.not_yet.empty()) throw UsageError(what, option.not_yet, "leave it out");
 }
 
 std::string text_from_value(const Option& option, const json& value) {

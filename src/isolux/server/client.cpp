@@ -7,19 +7,30 @@
 #include "isolux/base/error.h"
 #include "isolux/render/explanation_json.h"
 #include "isolux/scene/document.h"
+#include "isolux/server/starting_scene.h"
 
 namespace isolux {
 namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostQuestions = 32;
+constexpr std::size_t kMostQuestions = 8;  // each may hold megabytes
 constexpr double kMostPixels = 1 << 24;
+// A picture that takes longer than this tells how far it is, this often.
+constexpr auto kNoticeable = std::chrono::milliseconds(250);
 
 // Thrown out of a picture that nobody waits for any more.
 struct Superseded {};
 
 json numbers(Vec3 v) { return {v.x, v.y, v.z}; }
+json numbers(Rgb c) { return {c.r, c.g, c.b}; }
+
+json material_json(const Material& material) {
+  return {{"ka", numbers(material.ka)},
+          {"kd", numbers(material.kd)},
+          {"ks", numbers(material.ks)},
+          {"shininess", material.shininess}};
+}
 
 SceneDescription describe_for_page(const json& document) {
   if (!document.is_object() || !document.contains("input")) {
@@ -66,6 +77,9 @@ void Client::receive(std::string_view text) {
     bytes_per_ms_ = bytes_per_ms_ == 0 ? rate : 0.7 * bytes_per_ms_ + 0.3 * rate;
   } else if (auto* view = std::get_if<ViewRequest>(&message)) {
     wanted_ = std::move(*view);
+  } else if (std::holds_alternative<StopRequest>(message)) {
+    is_stopped_ = true;
+    if (wanted_ && wanted_->settled) wanted_.reset();
   } else {
     if (questions_.size() == kMostQuestions) questions_.pop_front();  // the page has moved on
     std::visit(
@@ -104,6 +118,7 @@ void Client::work() {
       questions_.pop_front();
     } else if (has_work()) {
       view = std::exchange(wanted_, std::nullopt);
+      is_stopped_ = false;
     }
   }
   if (question) {
@@ -124,12 +139,21 @@ void Client::work() {
   take_turn();
 }
 
+// A moving frame is finished whatever comes, or a long drag would show nothing; a settled one makes
+// way for what moves next.
+bool Client::is_unwanted(const ViewRequest& request) {
+  const std::lock_guard lock(mutex_);
+  return gone_ || (request.settled && (wanted_ || is_stopped_));
+}
+
 void Client::draw(const ViewRequest& request) {
-  // A moving frame is finished whatever comes, or a long drag would show nothing; a settled one
-  // makes way for what moves next.
-  const auto give_way = [&](const std::string&, double) {
-    const std::lock_guard lock(mutex_);
-    if (gone_ || (request.settled && wanted_)) throw Superseded();
+  auto told_at = std::chrono::steady_clock::now();
+  const auto tell_or_give_way = [&](const std::string& label, double share) {
+    if (is_unwanted(request)) throw Superseded();
+    const auto now = std::chrono::steady_clock::now();
+    if (!request.settled || now - told_at < kNoticeable) return;
+    told_at = now;
+    send({{"type", "progress"}, {"id", request.id}, {"label", label}, {"share", share}});
   };
   double bytes_per_ms = 0;
   {
@@ -139,7 +163,7 @@ void Client::draw(const ViewRequest& request) {
   try {
     const SceneDescription description = describe_for_page(request.scene);
     std::string frame = drawing_.frame(request, description, inputs_.inputs_of(request.scene),
-                                       bytes_per_ms, give_way);
+                                       bytes_per_ms, tell_or_give_way);
     const std::lock_guard lock(mutex_);
     unacknowledged_ = request.id;
     bytes_sent_ = frame.size();
@@ -157,10 +181,12 @@ json Client::answer(const ExplainRequest& request) const {
     throw UsageError("pixel", "lies outside the picture", "click inside it");
   }
   const Scene scene = resolve(description, inputs_.inputs_of(request.scene));
-  json reply = explain_json(explain(scene, request.x, request.y));
+  const Explanation why = explain(scene, request.x, request.y);
+  json reply = explain_json(why);
   reply["type"] = "explanation";
   reply["id"] = request.id;
-  reply["ambient_light"] = {scene.ambient.r, scene.ambient.g, scene.ambient.b};
+  reply["ambient_light"] = numbers(scene.ambient);
+  if (why.is_hit()) reply["material"] = material_json(why.layers[0].material);
   return reply;
 }
 
@@ -177,11 +203,11 @@ json Client::answer(const PickRequest& request) {
 
 json Client::answer(const DescribeRequest& request) const {
   describe_for_page(request.scene);
-  inputs_.inputs_of(request.scene);
+  const json scene = with_all_surfaces(request.scene, inputs_.inputs_of(request.scene));
   return {{"type", "described"},
           {"id", request.id},
-          {"scene", with_defaults(request.scene)},
-          {"command", command_of(without_defaults(request.scene))}};
+          {"scene", with_defaults(scene)},
+          {"command", command_of(without_defaults(scene))}};
 }
 
 void Client::send(const json& message) {

@@ -41,6 +41,7 @@ class Client : public std::enable_shared_from_this<Client> {
  private:
   using Question = std::variant<ExplainRequest, PickRequest, DescribeRequest>;
 
+  bool is_unwanted(const ViewRequest& request);
   bool has_work() const;
   void take_turn();
   void work();
@@ -61,6 +62,7 @@ class Client : public std::enable_shared_from_this<Client> {
   bool has_turn_ = false;  ///< waits in the queue, or is being worked on
   std::deque<Question> questions_;
   std::optional<ViewRequest> wanted_;
+  bool is_stopped_ = false;                     ///< what is being drawn, if it is a settled picture
   std::optional<std::int64_t> unacknowledged_;  ///< the frame that is on its way
   std::size_t bytes_sent_ = 0;
   std::chrono::steady_clock::time_point sent_at_;

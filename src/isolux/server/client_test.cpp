@@ -137,8 +137,8 @@ TEST_F(ClientTest, a_flood_of_questions_is_bounded) {
     client_->receive(R"({"type":"pick","id":)" + std::to_string(id) + R"(,"at":[0.5,0.5]})");
   }
   gate.unlock();
-  EXPECT_EQ(page_->wait_for(32).back()["id"], 1000);
-  EXPECT_EQ(page_->count(), 32u);
+  EXPECT_EQ(page_->wait_for(8).back()["id"], 1000);
+  EXPECT_EQ(page_->count(), 8u);
 }
 
 TEST_F(ClientTest, a_question_is_answered_with_what_the_program_says_elsewhere) {

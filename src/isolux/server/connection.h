@@ -5,6 +5,8 @@
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
+#include <functional>
+#include <list>
 #include <memory>
 
 #include "isolux/server/access.h"
@@ -20,6 +22,8 @@ struct Place {
   const Access& access;
   Viewer& viewer;
   std::atomic<int> connections = 0;  ///< that are open now
+  /// How to close those that are waited for to say something, the longest waiting first.
+  std::list<std::function<void()>> silent = {};
 };
 
 inline constexpr int kMostConnections = 128;

@@ -57,9 +57,17 @@ struct Door::Listening {
   void accept() {
     acceptor.async_accept([this](const auto& error, tcp::socket socket) {
       if (error == asio::error::operation_aborted) return;
-      if (!error && place.connections < kMostConnections) serve_http(place, std::move(socket));
+      if (!error && make_room()) serve_http(place, std::move(socket));
       accept();
     });
+  }
+
+  // Those who only hold the line make way.
+  bool make_room() {
+    if (place.connections < kMostConnections) return true;
+    if (place.silent.empty()) return false;
+    place.silent.front()();
+    return true;
   }
 
   asio::io_context loop{1};

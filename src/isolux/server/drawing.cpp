@@ -40,6 +40,21 @@ json lights_json(const Scene& scene) {
   return lights;
 }
 
+// Of what is seen, the point nearest to the chosen lamp.
+json foot_json(const Scene& scene, const SurfaceBuffer& buffer, std::size_t chosen) {
+  if (chosen >= scene.lights.size()) return nullptr;
+  const Light& light = scene.lights[chosen];
+  if (light.kind != Light::Kind::kPoint) return nullptr;
+  const auto foot = nearest_seen(*scene.camera, buffer, light.place);
+  if (!foot) return nullptr;
+  return {{"position", numbers(*foot)}, {"distance", length(*foot - light.place)}};
+}
+
+json part_json(const std::optional<PicturePart>& part) {
+  if (!part) return nullptr;
+  return {part->left, part->top, part->right, part->bottom};
+}
+
 json legend_json(const std::optional<Legend>& legend) {
   if (!legend) return nullptr;
   return {{"low", legend->low},
@@ -58,7 +73,7 @@ json counters_json(const Session::Counters& counters) {
 }
 
 bool same_rays(const Scene& a, const Scene& b) {
-  return a.camera == b.camera &&
+  return a.camera == b.camera && a.visibility == b.visibility &&
          std::ranges::equal(a.surfaces, b.surfaces, [](const auto& one, const auto& other) {
            return one.volume == other.volume && one.mesh == other.mesh && one.iso == other.iso;
          });
@@ -103,19 +118,24 @@ std::string framed(const json& header, const std::vector<std::string>& files) {
 
 int Drawing::reduction_for(const Scene& whole, bool settled) const {
   if (settled) return 1;
-  if (whole_ && same_rays(*whole_, whole)) return reduction_;  // no ray needs to be traced again
   const double pixels = static_cast<double>(whole.camera->width()) * whole.camera->height();
+  const double shadows_ms = whole.shadows ? shadow_ms_per_pixel_ * pixels : 0;
+  const bool is_traced = whole_ && same_rays(*whole_, whole);
+  if (is_traced && shadows_ms / (reduction_ * reduction_) <= kMovingFrame_ms) return reduction_;
+  const double frame_ms = trace_ms_per_pixel_ * pixels + shadows_ms;
   int by = 1;
-  while (by < kMostReduced && trace_ms_per_pixel_ * pixels / (by * by) > kMovingFrame_ms) ++by;
+  while (by < kMostReduced && frame_ms / (by * by) > kMovingFrame_ms) ++by;
   return by;
 }
 
 std::string Drawing::frame(const ViewRequest& request, const SceneDescription& description,
                            const std::vector<SceneInput>& inputs, double bytes_per_ms,
                            const ProgressListener& listener) {
-  Scene whole = resolve(description, inputs);
-  const int by = reduction_for(whole, request.settled);
   SceneDescription drawn = description;
+  // It takes seconds, and none of it can be kept: moving frames show the ambient term in its place.
+  if (!request.settled) drawn.indirect = IndirectMethod::kOff;
+  Scene whole = resolve(drawn, inputs);
+  const int by = reduction_for(whole, request.settled);
   drawn.width = std::max(1, description.width / by);
   drawn.height = std::max(1, description.height / by);
   Scene scene = by == 1 ? whole : resolve(drawn, inputs);
@@ -123,19 +143,24 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
 
   const auto begin = Clock::now();
   const int traced_before = session_.counters().visibility;
-  session_.surfaces(scene, listener);
+  const SurfaceBuffer& buffer = session_.surfaces(scene, listener);
   const double trace_ms = ms_since(begin);
-  if (session_.counters().visibility > traced_before) trace_ms_per_pixel_ = trace_ms / pixels;
+  if (session_.counters().visibility > traced_before) {
+    trace_ms_per_pixel_ = trace_ms / pixels;
+    seen_ = seen_part(buffer);
+  }
   scene_ = scene;
   whole_ = std::move(whole);
   reduction_ = by;
 
   const auto lighting = Clock::now();
+  session_.indirect(scene, listener);
   std::vector<ShownPicture> pictures;
   for (const ShownLayer layer : request.show) {
     pictures.push_back(show_layer(layer, scene, request.light, session_));
   }
   const double light_ms = ms_since(lighting);
+  if (scene.shadows) shadow_ms_per_pixel_ = light_ms / pixels;
 
   const auto encoding = Clock::now();
   int sent_by = 1;
@@ -164,7 +189,9 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
       {"lengths", lengths},
       {"legends", legends},
       {"camera", camera_json(*scene.camera)},
+      {"seen", part_json(seen_)},
       {"lights", lights_json(scene)},
+      {"foot", foot_json(scene, session_.surfaces(scene), request.light)},
       {"ms", {{"trace", trace_ms}, {"light", light_ms}, {"encode", ms_since(encoding)}}},
       {"counters", counters_json(session_.counters())}};
   return framed(header, files);

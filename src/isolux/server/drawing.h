@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "isolux/base/progress.h"
+#include "isolux/render/seen.h"
 #include "isolux/render/session.h"
 #include "isolux/scene/scene.h"
 #include "isolux/server/messages.h"
@@ -43,8 +44,10 @@ class Drawing {
   Session session_;
   std::optional<Scene> scene_;        ///< as the last frame drew it
   std::optional<Scene> whole_;        ///< the same with all its pixels
+  std::optional<PicturePart> seen_;   ///< where surfaces were met
   int reduction_ = 1;                 ///< how many pixels along each side became one
   double trace_ms_per_pixel_ = 3e-4;  ///< a first guess, so that the first frame comes soon
+  double shadow_ms_per_pixel_ = 0;    ///< with the lighting
   double sent_bytes_per_pixel_ = 0;
 };
 

@@ -1,5 +1,3 @@
-#include <stdlib.h>
-
 #include <boost/asio/post.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
@@ -12,6 +10,7 @@
 
 #include "isolux/base/error.h"
 #include "isolux/base/memory.h"
+#include "isolux/base/temporary_path.h"
 #include "isolux/server/connection.h"
 #include "isolux/server/messages.h"
 #include "isolux/server/page_files.h"
@@ -28,7 +27,8 @@ namespace http = beast::http;
 constexpr auto kPatience = std::chrono::seconds(30);
 constexpr auto kPatienceWithData = std::chrono::hours(1);  // for those who have the token
 constexpr std::size_t kLongestHeader = 16 << 10;
-constexpr std::size_t kMostLongWork = 8;
+constexpr std::size_t kLongestWorkName = 64;
+constexpr const char* kWorkName = "X-Isolux-Work";  // what a page calls its long work
 
 // No script, style, font or connection but our own; nothing may frame the page; nobody is told
 // where a link was followed from.
@@ -36,31 +36,6 @@ constexpr const char* kContentPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
     "font-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'";
-
-// A folder that is gone with its owner.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::error_code none;
-    std::string name = (fs::temp_directory_path(none) / "isolux-drop-XXXXXX").string();
-    if (none || !::mkdtemp(name.data())) {
-      throw WorkError("the dropped file", "there is no temporary folder for it",
-                      "set TMPDIR to a folder with room and start isolux again");
-    }
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 struct Reply {
   http::status status = http::status::ok;
@@ -96,9 +71,11 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     // Set once it is known what comes. (boost::none would be taken for 0 by Beast of Boost 1.74.)
     header_->body_limit(std::numeric_limits<std::uint64_t>::max());
     stream_.expires_after(kPatience);
+    const auto silent = place_.silent.insert(place_.silent.end(), [this] { stream_.close(); });
     http::async_read_header(
         stream_, buffer_, *header_,
-        [self = shared_from_this()](const beast::error_code& error, std::size_t) {
+        [self = shared_from_this(), silent](const beast::error_code& error, std::size_t) {
+          self->place_.silent.erase(silent);
           if (!error) self->answer();
         });
   }
@@ -108,6 +85,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     const auto& request = header_->get();
     keep_alive_ = request.keep_alive();
     is_head_ = request.method() == http::verb::head;
+    work_name_ = text_of(request[kWorkName]).substr(0, kLongestWorkName);
     const std::string host = text_of(request[http::field::host]);
     if (!place_.access.host_is_ours(host)) {
       return refuse(http::status::misdirected_request, "this name is not one of isolux's own");
@@ -124,6 +102,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     if (!has_token || !place_.access.origin_is_ours(text_of(request[http::field::origin]), host)) {
       return refuse(http::status::forbidden, "open the whole URL that isolux view printed");
     }
+    if (target.path == "/progress") return tell_progress();
     if (target.path == "/save") return save();
     if (target.path == "/open") return open(target);
     refuse(http::status::not_found, "there is no such place");
@@ -165,9 +144,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
         stream_, buffer_, *parser,
         [self = shared_from_this(), parser](const beast::error_code& error, std::size_t) {
           if (error) return;
-          self->work_long([self, parser] {
+          self->work_long([self, parser](const ProgressListener& listener) {
             const nlohmann::json request = parse_json(parser->get().body());
-            std::string picture = self->place_.viewer.saved_picture(request);
+            std::string picture = self->place_.viewer.saved_picture(request, listener);
             return Reply{http::status::ok, request["format"] == "exr" ? "image/x-exr" : "image/png",
                          std::move(picture)};
           });
@@ -179,14 +158,15 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     const std::string name = bare_file_name(target.name);
     if (!length) return refuse(http::status::length_required, "say how long the file is");
     auto parser = std::make_shared<http::request_parser<http::file_body>>(std::move(*header_));
-    std::shared_ptr<TemporaryFolder> folder;
-    fs::path path;
+    const bool is_packed = header_->get()[http::field::content_type] == "application/x-tar";
+    std::shared_ptr<TemporaryPath> folder;
+    DroppedFile file{{}, name, is_packed};
     try {
       check_memory(static_cast<double>(*length), name);
-      folder = std::make_shared<TemporaryFolder>();
-      path = folder->path() / name;
+      folder = std::make_shared<TemporaryPath>(temporary_folder("dropped", name));
+      file.path = (fs::path(folder->path()) / name).string();
       beast::error_code error;
-      parser->get().body().open(path.c_str(), beast::file_mode::write_new, error);
+      parser->get().body().open(file.path.c_str(), beast::file_mode::write_new, error);
       if (error) throw WorkError(name, "cannot be kept: " + error.message(), "rename the file");
     } catch (...) {
       const Reply reply = reply_of(std::current_exception());
@@ -195,38 +175,56 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     parser->body_limit(*length);
     stream_.expires_after(kPatienceWithData);
     http::async_read(stream_, buffer_, *parser,
-                     [self = shared_from_this(), parser, folder, path, name](
+                     [self = shared_from_this(), parser, folder, file](
                          const beast::error_code& error, std::size_t) {
                        parser->get().body().close();
                        if (error) return;
-                       self->work_long([self, folder, path, name] {
+                       self->work_long([self, folder, file](const ProgressListener& listener) {
                          return Reply{http::status::ok, "application/json",
-                                      self->place_.viewer.open_dropped(path.string(), name)};
+                                      self->place_.viewer.open_dropped(file, listener)};
                        });
                      });
   }
 
-  // Does `work` on the viewer's thread for that, and sends what it gives.
-  void work_long(std::function<Reply()> work) {
-    if (place_.viewer.long_work().waiting() >= kMostLongWork) {
+  // How far the work is that the page calls so; null where there is none (any more).
+  void tell_progress() {
+    const auto report = place_.viewer.long_work().report(work_name_);
+    auto response = new_response(http::status::ok, "application/json");
+    response->body() = report ? report->dump() : "null";
+    response->prepare_payload();
+    send(std::move(response));
+  }
+
+  // Does `work` on the viewer's thread for that, and sends what it gives; ends it early when the
+  // page goes away.
+  void work_long(std::function<Reply(const ProgressListener&)> work) {
+    stream_.expires_never();
+    const auto errand = place_.viewer.long_work().add(
+        work_name_, [self = shared_from_this(), work = std::move(work)](Errand& own) {
+          Reply reply;
+          try {
+            reply = work(own.listener());
+          } catch (...) {
+            reply = reply_of(std::current_exception());
+          }
+          asio::post(self->place_.loop, [self, done = std::move(reply)]() mutable {
+            self->stream_.socket().cancel();  // no need to watch it any more
+            auto response = self->new_response(done.status, done.content_type);
+            response->body() = std::move(done.body);
+            response->prepare_payload();
+            self->stream_.expires_after(kPatienceWithData);
+            self->send(std::move(response));
+          });
+        });
+    if (!errand) {
       return refuse(http::status::service_unavailable, "too much is being done; try again soon");
     }
-    stream_.expires_never();
-    place_.viewer.long_work().add([self = shared_from_this(), work = std::move(work)] {
-      Reply reply;
-      try {
-        reply = work();
-      } catch (...) {
-        reply = reply_of(std::current_exception());
-      }
-      asio::post(self->place_.loop, [self, done = std::move(reply)]() mutable {
-        auto response = self->new_response(done.status, done.content_type);
-        response->body() = std::move(done.body);
-        response->prepare_payload();
-        self->stream_.expires_after(kPatienceWithData);
-        self->send(std::move(response));
-      });
-    });
+    // A page says nothing more before it has its reply, so what can be read is its going away.
+    stream_.socket().async_wait(
+        asio::ip::tcp::socket::wait_read,
+        [self = shared_from_this(), errand](const beast::error_code& error) {
+          if (!error) errand->cancel();
+        });
   }
 
   using Response = http::response<http::string_body>;
@@ -271,6 +269,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::optional<http::request_parser<http::empty_body>> header_;
   bool keep_alive_ = false;
   bool is_head_ = false;
+  std::string work_name_;
 };
 
 }  // namespace

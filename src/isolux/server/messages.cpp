@@ -95,6 +95,11 @@ ClientMessage acknowledgement(const json& message) {
   return Acknowledgement{id_of(message)};
 }
 
+ClientMessage stop_request(const json& message) {
+  check_keys(message, {"id"});
+  return StopRequest{id_of(message)};
+}
+
 }  // namespace
 
 json parse_json(std::string_view text) {
@@ -119,6 +124,7 @@ ClientMessage parse_message(std::string_view text) {
   if (type == "pick") return pick_request(message);
   if (type == "describe") return describe_request(message);
   if (type == "ack") return acknowledgement(message);
+  if (type == "stop") return stop_request(message);
   throw wrong("is of no type that is known");
 }
 

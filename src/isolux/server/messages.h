@@ -51,8 +51,13 @@ struct Acknowledgement {
   std::int64_t id = 0;
 };
 
-using ClientMessage =
-    std::variant<ViewRequest, ExplainRequest, PickRequest, DescribeRequest, Acknowledgement>;
+/// { "type": "stop", "id" }: the settled picture that is being drawn is not wanted any more.
+struct StopRequest {
+  std::int64_t id = 0;
+};
+
+using ClientMessage = std::variant<ViewRequest, ExplainRequest, PickRequest, DescribeRequest,
+                                   Acknowledgement, StopRequest>;
 
 /// JSON of limited depth, so that no later step recurses too far.
 /// @throws UsageError  where the text is no such JSON.

@@ -34,6 +34,7 @@ TEST(Messages, what_is_not_exactly_one_of_them_is_refused) {
            R"({"type":"ack","id":"1"})",
            R"({"type":"ack","id":1e300})",
            R"({"type":"ack","id":1,"path":"/etc/passwd"})",
+           R"({"type":"stop"})",
            R"({"type":"pick","id":1,"at":[0.5]})",
            R"({"type":"pick","id":1,"at":[1,0]})",
            R"({"type":"pick","id":1,"at":[-0.1,0]})",

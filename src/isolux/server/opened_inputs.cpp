@@ -6,6 +6,7 @@
 
 #include "isolux/base/error.h"
 #include "isolux/io/input_report.h"
+#include "isolux/io/mesh_report.h"
 #include "isolux/volume/statistics.h"
 
 namespace isolux {
@@ -15,12 +16,10 @@ using nlohmann::json;
 
 constexpr int kMostDropped = 4;
 
-json report_of(const ReadResult& input, bool dropped) {
+json volume_report(const ReadResult& input) {
   const ValueStatistics values = value_statistics(*input.volume);
   json report = input_report(input, values, suggest_iso(*input.volume, values));
   report["histogram"] = values.histogram;
-  report["dropped"] = dropped;
-  report.erase("files");
   const Affine& placed = input.volume->world_from_index;
   report["world_from_index"] = json::array();
   for (const Vec3& column :
@@ -30,18 +29,24 @@ json report_of(const ReadResult& input, bool dropped) {
   return report;
 }
 
+json report_of(const ReadResult& input, bool dropped) {
+  json report = input.mesh ? mesh_report(input) : volume_report(input);
+  report["dropped"] = dropped;
+  report.erase("files");
+  return report;
+}
+
 }  // namespace
 
 json reading_keys(const json& document) {
   json keys = json::object();
-  for (const char* key : {"dims", "type", "spacing", "volume", "series"}) {
+  for (const char* key : {"dims", "type", "spacing", "volume", "series", "crease"}) {
     if (document.contains(key)) keys[key] = document[key];
   }
   return keys;
 }
 
 std::string OpenedInputs::add(ReadResult input, const json& how, bool dropped) {
-  require_volume(input);
   Input added{std::move(input), how, dropped, {}, {}};
   if (dropped) added.checksums = isolux::checksums_of(added.read);
   const std::lock_guard lock(mutex_);

@@ -24,7 +24,7 @@ class OpenedInputs {
   /// @return the name under which it is open; another than its own where that was taken.
   std::string add(ReadResult input, const nlohmann::json& how, bool dropped);
 
-  /// One for each input that the document names: volumes, so far.
+  /// One for each input that the document names.
   /// @throws WorkError   where one is not open.
   /// @throws UsageError  where the document wants it read another way than it was.
   std::vector<SceneInput> inputs_of(const nlohmann::json& document) const;
@@ -32,7 +32,7 @@ class OpenedInputs {
   /// Checksums of the same inputs, worked out now or, of dropped ones, when they came.
   std::vector<InputChecksums> checksums_of(const nlohmann::json& document) const;
 
-  /// What pages are told: input_report with the histogram and the placement.
+  /// What pages are told: mesh_report, or input_report with the histogram and the placement.
   nlohmann::json reports() const;
 
  private:

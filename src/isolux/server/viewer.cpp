@@ -1,15 +1,18 @@
 #include "isolux/server/viewer.h"
 
-#include <cmath>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "isolux/base/error.h"
+#include "isolux/io/unpacked_archive.h"
 #include "isolux/render/pictures.h"
 #include "isolux/render/session.h"
+#include "isolux/render/shown_layer.h"
 #include "isolux/scene/document.h"
 #include "isolux/scene/option_table.h"
-#include "isolux/volume/statistics.h"
+#include "isolux/scene/option_value.h"
+#include "isolux/server/starting_scene.h"
 
 namespace isolux {
 namespace {
@@ -19,39 +22,34 @@ using nlohmann::json;
 // Two draw at a time, so that one page's slow frame does not hold up all others.
 constexpr int kDrawingThreads = 2;
 
-// The scene options that this version honours; a page shows controls for these alone.
-json honoured_options() {
-  json names = json::array();
-  for (const Option& option : scene_options()) {
-    if (option.not_yet.empty()) names.push_back(option.name);
-    for (const Option& field : option.fields) {
-      if (field.not_yet.empty()) names.push_back(option.name + "." + field.name);
-    }
+json option_json(const Option& option) {
+  json row = {{"sentence", option.sentence},
+              {"unit", option.unit},
+              {"choices", option.choices},
+              {"low", option.low},
+              {"high", option.high}};
+  if (!option.default_text.empty()) {
+    row["default"] = value_from_text(option, option.default_text, option.name);
   }
-  return names;
+  return row;
 }
 
-// A scene to begin with: every default written out, the surface that would be drawn without any,
-// and, where no light was asked for, a lamp that can be seen and dragged: before the face, above it
-// and to its right.
-json starting_scene(const json& document, const std::vector<SceneInput>& inputs) {
-  json scene = with_defaults(document);
-  if (!scene.contains("surface")) {
-    scene["surface"] = json::array();
-    for (std::size_t n = 0; n < inputs.size(); ++n) {
-      const auto suggested = suggest_iso(*inputs[n].volume, value_statistics(*inputs[n].volume));
-      if (suggested.empty()) continue;
-      scene["surface"].push_back({{"iso", suggested[0].value}});
-      if (inputs.size() > 1) scene["surface"].back()["input"] = n + 1;
+// The scene options that this version honours, by name; a page shows controls for these alone.
+json honoured_options() {
+  json rows = json::object();
+  for (const Option& option : scene_options()) {
+    if (option.not_yet.empty()) rows[option.name] = option_json(option);
+    for (const Option& field : option.fields) {
+      if (field.not_yet.empty()) rows[option.name + "." + field.name] = option_json(field);
     }
   }
-  if (!scene.contains("light")) {
-    const BoundingSphere sphere = bounding_sphere(inputs);
-    const Vec3 at = sphere.center + sphere.radius_mm * Vec3{-0.45, -0.8, 0.5};
-    scene["light"] = {
-        {{"kind", "point"}, {"at", {std::round(at.x), std::round(at.y), std::round(at.z)}}}};
-  }
-  return with_defaults(scene);
+  return rows;
+}
+
+json layer_names() {
+  json names = json::array();
+  for (const auto& [name, layer] : shown_layers()) names.push_back(name);
+  return names;
 }
 
 json bounds_json(const std::vector<SceneInput>& inputs) {
@@ -64,9 +62,17 @@ std::string text_of(const json& message) {
   return message.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-std::string without(const std::string& folder, std::string text) {
-  for (std::size_t at = 0; (at = text.find(folder)) != std::string::npos;) {
-    text.erase(at, folder.size());
+std::string folder_of(const std::string& path) {
+  return std::filesystem::path(path).parent_path().string();
+}
+
+// Paths in folders that are gone when the text is read, as the page knows what lay there.
+std::string replaced(const std::vector<std::pair<std::string, std::string>>& paths,
+                     std::string text) {
+  for (const auto& [path, known] : paths) {
+    for (std::size_t at = 0; (at = text.find(path, at)) != std::string::npos; at += known.size()) {
+      text.replace(at, path.size(), known);
+    }
   }
   return text;
 }
@@ -74,7 +80,7 @@ std::string without(const std::string& folder, std::string text) {
 }  // namespace
 
 Viewer::Viewer(std::string version, const json& document, std::vector<ReadResult> inputs)
-    : version_(std::move(version)), drawing_(kDrawingThreads), long_work_(1) {
+    : version_(std::move(version)), drawing_(kDrawingThreads) {
   for (ReadResult& input : inputs) inputs_.add(std::move(input), reading_keys(document), false);
   const auto named = inputs_.inputs_of(document);
   document_ = starting_scene(document, named);
@@ -87,7 +93,8 @@ std::shared_ptr<Client> Viewer::connect(const std::shared_ptr<Outlet>& outlet) {
                              {"scene", document_},
                              {"bounds", bounds_},
                              {"inputs", inputs_.reports()},
-                             {"options", honoured_options()}}));
+                             {"options", honoured_options()},
+                             {"layers", layer_names()}}));
   return std::make_shared<Client>(inputs_, drawing_, outlet);
 }
 
@@ -96,7 +103,7 @@ void Viewer::finish() {
   long_work_.finish();
 }
 
-std::string Viewer::saved_picture(const json& request) const {
+std::string Viewer::saved_picture(const json& request, const ProgressListener& listener) const {
   if (!request.is_object() || request.size() != 2 || !request.contains("scene") ||
       !request.contains("format") || (request["format"] != "png" && request["format"] != "exr")) {
     throw UsageError("save", "wants a scene, and png or exr", "reload the page");
@@ -107,26 +114,32 @@ std::string Viewer::saved_picture(const json& request) const {
   check_picture_memory(description, is_exr);
   const Scene scene = resolve(description, inputs_.inputs_of(document));
   Session session;
-  const SurfaceBuffer& surfaces = session.surfaces(scene);
+  const SurfaceBuffer& buffer = session.surfaces(scene, listener);
+  session.indirect(scene, listener);
+  listener("lighting and writing", 1);
   return encode_picture(
-      scene, surfaces, session.shadows(scene), session.indirect(scene),
+      scene, buffer, session.shadows(scene), session.indirect(scene),
       provenance(version_, with_defaults(document), inputs_.checksums_of(document)), is_exr);
 }
 
-std::string Viewer::open_dropped(const std::string& path, const std::string& name) {
-  const std::string folder = std::filesystem::path(path).parent_path().string() + "/";
+std::string Viewer::open_dropped(const DroppedFile& file, const ProgressListener& listener) {
+  std::string path = file.path;
+  std::vector<std::pair<std::string, std::string>> as_page_knows = {{folder_of(path) + "/", ""}};
+  std::optional<UnpackedArchive> unpacked;  // goes when the checksums of what is in it are known
   ReadResult input;
   try {
-    input = read_input({path, {}, {}});
+    if (file.is_packed) {
+      unpacked.emplace(path);
+      path = unpacked->folder().string();
+      as_page_knows.insert(as_page_knows.end(), {{path + "/", ""}, {path, file.name}});
+    }
+    input = read_input({path, {}, listener});
   } catch (const Error& error) {
-    // It names a file in a folder that is gone when the message is read.
-    const std::string why = without(folder, error.what());
-    const std::size_t colon = why.find(": "), hint = why.rfind("; ");
-    throw WorkError(why.substr(0, colon), why.substr(colon + 2, hint - colon - 2),
-                    why.substr(hint + 2));
+    throw WorkError(replaced(as_page_knows, error.what()));
   }
-  input.name = name;
-  for (std::string& note : input.notes) note = without(folder, note);
+  input.name = file.name;
+  for (std::string& note : input.notes) note = replaced(as_page_knows, note);
+  listener("looking", 1);  // from here on it is open, whoever has left
   const std::string opened = inputs_.add(std::move(input), json::object(), true);
   json document = empty_document();
   document["input"] = {opened};

@@ -20,6 +20,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kMessagesASecond = 600, kMessagesAtOnce = 1200;
 constexpr std::size_t kMostUnsent = 128;
+constexpr std::size_t kMostUnsentBytes = 16 << 20;  // one more message may come
 
 // Counts messages against a rate, with some slack for bursts.
 class RateLimit {
@@ -56,6 +57,7 @@ class Page final : public Outlet, public std::enable_shared_from_this<Page> {
       response.set(http::field::sec_websocket_protocol, "isolux.1");
     }));
     socket_.read_message_max(kLongestMessage);
+    socket_.auto_fragment(false);  // a picture in one piece, not in hundreds
     socket_.async_accept(request, [self = shared_from_this()](const beast::error_code& error) {
       if (error) return;
       self->client_ = self->place_.viewer.connect(self);
@@ -76,8 +78,9 @@ class Page final : public Outlet, public std::enable_shared_from_this<Page> {
     asio::post(place_.loop,
                [self = shared_from_this(), message = Message{std::move(bytes), is_text}]() mutable {
                  if (self->left_) return;
-                 if (self->unsent_.size() == kMostUnsent)
+                 if (self->unsent_.size() == kMostUnsent || self->unsent_bytes_ > kMostUnsentBytes)
                    return self->leave();  // it asks and does not read
+                 self->unsent_bytes_ += message.bytes.size();
                  self->unsent_.push_back(std::move(message));
                  if (self->unsent_.size() == 1) self->write();
                });
@@ -88,6 +91,7 @@ class Page final : public Outlet, public std::enable_shared_from_this<Page> {
     socket_.async_write(asio::buffer(unsent_.front().bytes),
                         [self = shared_from_this()](const beast::error_code& error, std::size_t) {
                           if (error) return self->leave();
+                          self->unsent_bytes_ -= self->unsent_.front().bytes.size();
                           self->unsent_.pop_front();
                           if (!self->unsent_.empty()) self->write();
                         });
@@ -118,6 +122,7 @@ class Page final : public Outlet, public std::enable_shared_from_this<Page> {
   std::shared_ptr<Client> client_;
   beast::flat_buffer buffer_;
   std::deque<Message> unsent_;
+  std::size_t unsent_bytes_ = 0;
   RateLimit rate_;
   bool left_ = false;
 };

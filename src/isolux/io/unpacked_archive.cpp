@@ -1,4 +1,4 @@
-#include "isolux/io/unpacked_zip.h"
+#include "isolux/io/unpacked_archive.h"
 
 #include <archive.h>
 #include <archive_entry.h>
@@ -15,38 +15,40 @@ namespace {
 
 namespace fs = std::filesystem;
 
-WorkError damaged(const std::string& path, archive* zip) {
-  const char* why = archive_error_string(zip);
+WorkError damaged(const std::string& path, archive* packed) {
+  const char* why = archive_error_string(packed);
   return {path, std::string("cannot be unpacked: ") + (why ? why : "it is damaged"),
           "is the file complete?"};
 }
 
 }  // namespace
 
-UnpackedZip::UnpackedZip(const std::string& path) : folder_(temporary_folder("zip", path)) {
+UnpackedArchive::UnpackedArchive(const std::string& path)
+    : folder_(temporary_folder("unpacked", path)) {
   const ReadNext next = read_fenced(path, 0, [&](FenceOutput& output) { unpack(path, output); });
   // Signs of life, one for each piece, until there are no more; then the number of files.
   for (bool goes_on = true; goes_on;) next(reinterpret_cast<char*>(&goes_on), sizeof goes_on);
   next(reinterpret_cast<char*>(&file_count_), sizeof file_count_);
 }
 
-void UnpackedZip::unpack(const std::string& path, FenceOutput& output) {
+void UnpackedArchive::unpack(const std::string& path, FenceOutput& output) {
   constexpr int kMostFiles = 100'000;
   constexpr double kSmall = 64e6, kUsualRatio = 200;  // scans seldom shrink to a tenth
-  const std::unique_ptr<archive, decltype(&archive_read_free)> zip(archive_read_new(),
-                                                                   archive_read_free);
-  archive_read_support_format_zip(zip.get());
-  if (archive_read_open_filename(zip.get(), path.c_str(), 1 << 16) != ARCHIVE_OK) {
-    throw damaged(path, zip.get());
+  const std::unique_ptr<archive, decltype(&archive_read_free)> packed(archive_read_new(),
+                                                                      archive_read_free);
+  archive_read_support_format_zip(packed.get());
+  archive_read_support_format_tar(packed.get());
+  if (archive_read_open_filename(packed.get(), path.c_str(), 1 << 16) != ARCHIVE_OK) {
+    throw damaged(path, packed.get());
   }
   const auto packed_bytes = static_cast<double>(fs::file_size(path));
   double unpacked_bytes = 0;
   std::vector<char> piece(1 << 18);
   archive_entry* entry = nullptr;
   while (true) {
-    const int status = archive_read_next_header(zip.get(), &entry);
+    const int status = archive_read_next_header(packed.get(), &entry);
     if (status == ARCHIVE_EOF) break;
-    if (status != ARCHIVE_OK && status != ARCHIVE_WARN) throw damaged(path, zip.get());
+    if (status != ARCHIVE_OK && status != ARCHIVE_WARN) throw damaged(path, packed.get());
     if (archive_entry_filetype(entry) != AE_IFREG) continue;
     if (++file_count_ > kMostFiles) {
       throw WorkError(path, "holds more than 100000 files", "unpack the ones that are wanted");
@@ -61,8 +63,8 @@ void UnpackedZip::unpack(const std::string& path, FenceOutput& output) {
     }
     std::ofstream file(folder() / file_name, std::ios::binary);
     while (true) {
-      const la_ssize_t got = archive_read_data(zip.get(), piece.data(), piece.size());
-      if (got < 0) throw damaged(path, zip.get());
+      const la_ssize_t got = archive_read_data(packed.get(), piece.data(), piece.size());
+      if (got < 0) throw damaged(path, packed.get());
       if (got == 0) break;
       unpacked_bytes += static_cast<double>(got);
       if (unpacked_bytes > kSmall + kUsualRatio * packed_bytes) {

@@ -6,8 +6,12 @@
 #include <string>
 #include <vector>
 
+// Standard library alone, so that peers can use it without linking isolux.
+
+namespace isolux {
+
 /// A surface as it goes from one peer to the other.
-struct Mesh {
+struct PeerMesh {
   std::vector<float> positions;          ///< x, y, z of each vertex, mm
   std::vector<float> normals;            ///< x, y, z of each vertex, unit
   std::vector<std::uint32_t> triangles;  ///< three vertices each
@@ -15,7 +19,7 @@ struct Mesh {
 
 // The file: two 64-bit counts, of vertices and triangles, then the three lists.
 
-inline void write_mesh(const std::string& path, const Mesh& mesh) {
+inline void write_peer_mesh(const std::string& path, const PeerMesh& mesh) {
   std::ofstream file(path, std::ios::binary);
   const auto put = [&](const auto* values, std::size_t count) {
     file.write(reinterpret_cast<const char*>(values),
@@ -29,7 +33,7 @@ inline void write_mesh(const std::string& path, const Mesh& mesh) {
   if (!file.flush()) throw std::runtime_error("cannot write " + path);
 }
 
-inline Mesh read_mesh(const std::string& path) {
+inline PeerMesh read_peer_mesh(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   const auto get = [&](auto* values, std::size_t count) {
     file.read(reinterpret_cast<char*>(values),
@@ -38,7 +42,7 @@ inline Mesh read_mesh(const std::string& path) {
   };
   std::uint64_t counts[2];
   get(counts, 2);
-  Mesh mesh;
+  PeerMesh mesh;
   mesh.positions.resize(3 * counts[0]);
   mesh.normals.resize(3 * counts[0]);
   mesh.triangles.resize(3 * counts[1]);
@@ -47,3 +51,5 @@ inline Mesh read_mesh(const std::string& path) {
   get(mesh.triangles.data(), mesh.triangles.size());
   return mesh;
 }
+
+}  // namespace isolux

@@ -1,4 +1,4 @@
-#include "isolux/io/unpacked_zip.h"
+#include "isolux/io/unpacked_archive.h"
 
 #include <archive.h>
 #include <archive_entry.h>
@@ -27,9 +27,10 @@ class Zip : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  void write_zip(const std::vector<std::pair<std::string, std::string>>& files) const {
+  void write_zip(const std::vector<std::pair<std::string, std::string>>& files,
+                 bool as_tar = false) const {
     archive* zip = archive_write_new();
-    archive_write_set_format_zip(zip);
+    as_tar ? archive_write_set_format_ustar(zip) : archive_write_set_format_zip(zip);
     archive_write_open_filename(zip, path_.c_str());
     for (const auto& [name, bytes] : files) {
       archive_entry* entry = archive_entry_new();
@@ -53,7 +54,7 @@ TEST_F(Zip, files_come_out_under_their_bare_names_and_go_again) {
   write_zip({{"../../escape", "one"}, {"/etc/absolute", "two"}, {"a/escape", "three"}});
   fs::path unpacked;
   {
-    const UnpackedZip zip(path_);
+    const UnpackedArchive zip(path_);
     unpacked = zip.folder();
     EXPECT_EQ(zip.file_count(), 3);
     EXPECT_EQ(std::distance(fs::directory_iterator(unpacked), {}), 3);
@@ -69,7 +70,7 @@ TEST_F(Zip, a_cut_archive_is_refused_and_leaves_no_folder) {
   fs::create_directory(place);
   ::setenv("TMPDIR", place.c_str(), 1);
   fs::resize_file(path_, 60);
-  EXPECT_THROW(UnpackedZip{path_}, WorkError);
+  EXPECT_THROW(UnpackedArchive{path_}, WorkError);
   EXPECT_TRUE(fs::is_empty(place));
   ::unsetenv("TMPDIR");
 }
@@ -82,6 +83,17 @@ TEST_F(Zip, a_volume_in_a_zip_is_read) {
   const ReadResult result = read_input({path_, {}});
   EXPECT_EQ(result.volume->dims, (std::array{5, 5, 5}));
   EXPECT_EQ(result.files, std::vector<std::string>{path_});
+}
+
+TEST_F(Zip, a_header_finds_its_voxels_in_a_tar) {
+  std::string voxels(27, '\0');
+  voxels[13] = 1;
+  write_zip({{"a/v.mhd",
+              "ObjectType = Image\nNDims = 3\nDimSize = 3 3 3\nElementType = MET_UCHAR\n"
+              "ElementDataFile = v.raw\n"},
+             {"a/v.raw", voxels}},
+            true);
+  EXPECT_EQ(read_input({path_, {}}).volume->dims, (std::array{3, 3, 3}));
 }
 
 TEST_F(Zip, one_without_a_volume_is_refused) {
