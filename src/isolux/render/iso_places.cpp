@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "isolux/base/parallel.h"
-#include "isolux/render/surface_points.h"
+#include "isolux/render/surface_places.h"
 
 namespace isolux {
 namespace {
@@ -70,10 +70,10 @@ std::vector<SurfacePlace> places_of(const IsoLanes& lanes, int edge) {
   constexpr int kCells = SkipGrid::kBlockCells;
   constexpr std::size_t kBlocksAPiece = 64;
   const SkipGrid& skip = lanes.skip();
-  const std::size_t blocks = skip.blocks().size();
+  const std::size_t blocks = skip.cubes(0).size();
   std::vector<std::vector<SurfacePlace>> pieces((blocks + kBlocksAPiece - 1) / kBlocksAPiece);
   const auto find_places = [&](const auto& view, std::size_t b, std::vector<SurfacePlace>& found) {
-    const SkipGrid::Block& block = skip.blocks()[b];
+    const SkipGrid::Block& block = skip.cubes(0)[b];
     const std::uint64_t cells = skip.cells()[skip.index(block)];
     const int parts = kCells / edge;
     for (int part = 0; part < parts * parts * parts; ++part) {

@@ -6,7 +6,7 @@
 #include "isolux/base/sobol.h"
 #include "isolux/mesh/mesh_attributes.h"
 #include "isolux/mesh/mesh_box.h"
-#include "isolux/render/surface_points.h"
+#include "isolux/render/surface_places.h"
 
 namespace isolux {
 namespace {

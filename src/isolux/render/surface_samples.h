@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "isolux/render/scene_surfaces.h"
-#include "isolux/render/surface_points.h"
+#include "isolux/render/surface_places.h"
 
 namespace isolux {
 

@@ -117,12 +117,17 @@ bool Transport::refine(int bounces, const std::function<bool()>& stop) {
 }
 
 double Transport::done() const {
-  if (!blend_ || blend_->samples().empty()) return 1;
-  double sum = 0;
-  for (const std::uint32_t sample : blend_->samples()) {
-    sum += static_cast<double>(from_fine_->of(sample).size());
+  if (!blend_ || bounces_ <= 0) return bounces_ == 0 ? 1 : 0;
+  std::size_t there = 0, wanted = 0;
+  const auto count = [&](std::span<const std::uint32_t> links, int all) {
+    wanted += static_cast<std::size_t>(all);
+    there += std::min(links.size(), static_cast<std::size_t>(all));
+  };
+  for (const std::uint32_t sample : blend_->samples()) count(from_fine_->of(sample), links_);
+  for (const std::uint32_t sample : sources_) {
+    if (needs_[sample] > 0) count(from_coarse_->of(sample), coarse_links());
   }
-  return std::min(1.0, sum / (links_ * static_cast<double>(blend_->samples().size())));
+  return wanted == 0 ? 1 : static_cast<double>(there) / static_cast<double>(wanted);
 }
 
 void Transport::light_directly(const Scene& scene) {
