@@ -7,9 +7,9 @@
 #include <limits>
 #include <span>
 
-#include "isolux/base/exact_math.h"
 #include "isolux/base/parallel.h"
 #include "isolux/base/sobol.h"
+#include "isolux/render/cosine_direction.h"
 #include "isolux/render/shadows.h"
 
 namespace isolux {
@@ -38,20 +38,6 @@ struct Path {
   std::uint32_t origin = 0;  // number of the point that it belongs to
   std::uint32_t passed = 0;  // translucent surfaces since `at`
 };
-
-// A direction by the cosine about `normal`: a point of the unit disk, lifted onto the sphere
-// (Malley's method).
-Vec3 cosine_direction(Vec3 normal, UnitPoint p) {
-  const double radius = std::sqrt(p.u), angle = 2 * exact::kPi * p.v;
-  const double x = radius * exact::cos(angle), y = radius * exact::sin(angle);
-  const double z = std::sqrt(1 - p.u);
-  // Any two axes across the normal (Duff et al. 2017, "Building an orthonormal basis, revisited").
-  const double sign = std::copysign(1.0, normal.z);
-  const double a = -1 / (sign + normal.z), b = normal.x * normal.y * a;
-  const Vec3 across{1 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x};
-  const Vec3 along{b, sign + normal.y * normal.y * a, -normal.y};
-  return x * across + y * along + z * normal;
-}
 
 double mean(Rgb c) { return (c.r + c.g + c.b) / 3; }
 
