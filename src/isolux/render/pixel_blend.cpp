@@ -193,7 +193,7 @@ class PixelBlend::Finder {
       if (std::ranges::max(weights) <= 0) return;
       for (std::size_t n = 0; n < count; ++n) {
         if (weights[n] == 0) continue;
-        weighed_of(SurfaceSamples::sample(site, points.side[n])).weights[n] = weights[n];
+        weighed_of(samples_.sample(site, points.side[n])).weights[n] = weights[n];
         sums_[n] += weights[n];
       }
     });

@@ -39,7 +39,8 @@ bool is_inside(const PreparedSurface& surface, Vec3 position, const MeshPoint& p
 /// a block that holds a sheet of bone has samples outside and inside of either of its faces. They
 /// depend on the surfaces alone.
 ///
-/// Samples count from 0, four to a site: see SeenSide.
+/// Samples count from 0, four to a site (see SeenSide): first the outsides of all sites, which are
+/// mostly all that is ever seen, so that what is used lies together.
 class SurfaceSamples {
  public:
   static constexpr std::uint32_t kNone = ~0u;
@@ -49,11 +50,14 @@ class SurfaceSamples {
 
   std::size_t size() const { return 4 * sites_.size(); }
   const std::vector<SampleSite>& sites() const { return sites_; }
-  const SampleSite& site(std::uint32_t sample) const { return sites_[sample / 4]; }
-  static std::uint32_t sample(std::uint32_t site, SeenSide side) {
-    return 4 * site + (side.inside ? 2 : 0) + (side.flipped ? 1 : 0);
+  const SampleSite& site(std::uint32_t sample) const { return sites_[sample % count()]; }
+  std::uint32_t sample(std::uint32_t site, SeenSide side) const {
+    return site + count() * ((side.inside ? 2 : 0) + (side.flipped ? 1 : 0));
   }
-  static SeenSide side(std::uint32_t sample) { return {(sample & 2) != 0, (sample & 1) != 0}; }
+  SeenSide side(std::uint32_t sample) const {
+    const std::uint32_t which = sample / count();
+    return {(which & 2) != 0, (which & 1) != 0};
+  }
   /// Unit, as it is lit.
   Vec3 normal(std::uint32_t sample) const {
     const auto [inside, flipped] = side(sample);
@@ -136,6 +140,7 @@ class SurfaceSamples {
     std::vector<Row> rows_;
   };
 
+  std::uint32_t count() const { return static_cast<std::uint32_t>(sites_.size()); }
   void add(const PreparedSurface& surface, std::int32_t number, int edge);
 
   std::vector<SampleSite> sites_;

@@ -177,7 +177,7 @@ void Transport::light_directly(const Scene& scene) {
 
 void Transport::set_albedo(const Scene& scene) {
   albedo_.resize(coarse_->size());
-  std::vector<Radiance3> of_surface;
+  std::vector<SampleLight> of_surface;
   for (const SurfaceItem& item : scene.surfaces) of_surface.push_back(as_floats(item.material.kd));
   parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
@@ -191,31 +191,36 @@ void Transport::set_albedo(const Scene& scene) {
 }
 
 SampleLight Transport::mean_of(std::span<const std::uint32_t> links) const {
-  SampleLight sum{};
-  std::size_t open = 0;
-  for (const std::uint32_t link : links) {
-    const Radiance3& from = sent_[link];
-    for (std::size_t c = 0; c < 4; ++c) sum[c] += from[c];
-    open += link == from_fine_->sky();
+  constexpr std::size_t kAtOnce = 4;  // sums that do not wait for each other
+  static_assert(kFirstLinks % kAtOnce == 0);
+  SampleLight sums[kAtOnce] = {};
+  for (std::size_t first = 0; first < links.size(); first += kAtOnce) {
+    for (std::size_t n = 0; n < kAtOnce; ++n) {
+      const SampleLight& from = sent_[links[first + n]];
+      for (std::size_t c = 0; c < 4; ++c) sums[n][c] += from[c];
+    }
   }
   const float share = links.empty() ? 0 : 1 / static_cast<float>(links.size());
-  for (std::size_t c = 0; c < 3; ++c) sum[c] *= share;
-  sum[3] = static_cast<float>(open) * share;
-  return sum;
+  SampleLight mean;
+  for (std::size_t c = 0; c < 4; ++c) {
+    mean[c] = share * ((sums[0][c] + sums[1][c]) + (sums[2][c] + sums[3][c]));
+  }
+  return mean;
 }
 
 void Transport::light(const Scene& scene) {
   std::ranges::sort(sources_);  // neighbours' rays go together
   light_directly(scene);
   set_albedo(scene);
-  const Radiance3 sky = as_floats(scene.has_default_ambient ? Rgb{} : scene.ambient);
+  SampleLight sky = as_floats(scene.has_default_ambient ? Rgb{} : scene.ambient);
+  sky[3] = 1;
   for (auto* radiance : {&sent_, &next_}) {
     radiance->resize(coarse_->size() + 2);
     (*radiance)[from_fine_->sky()] = sky;
     (*radiance)[from_fine_->dark()] = {};
   }
   const auto send = [&](std::uint32_t sample, const SampleLight& irradiance,
-                        std::vector<Radiance3>& to) {
+                        std::vector<SampleLight>& to) {
     for (std::size_t c = 0; c < 3; ++c) {
       to[sample][c] = albedo_[sample][c] * (direct_[sample][c] + irradiance[c]);
     }

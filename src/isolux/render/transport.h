@@ -66,8 +66,6 @@ class Transport {
   double bytes() const;
 
  private:
-  using Radiance3 = std::array<float, 4>;  // the fourth number is not used
-
   int coarse_links() const;
   void need(std::uint32_t coarse, std::int8_t bounces);
   void follow(std::span<const std::uint32_t> links, std::size_t& followed, std::int8_t bounces);
@@ -91,9 +89,10 @@ class Transport {
   std::vector<std::vector<std::uint32_t>> needing_;  // coarse samples by their needs
   std::vector<std::uint16_t> fine_followed_;         // in the order of blend_->samples()
   std::vector<std::uint32_t> sources_;               // all coarse samples with a need
-  std::vector<Radiance3> direct_;                    // D
-  std::vector<Radiance3> albedo_;                    // kd
-  std::vector<Radiance3> sent_, next_;               // kd (D + E) of samples, sky, dark
+  std::vector<SampleLight> direct_;                  // D
+  std::vector<SampleLight> albedo_;                  // kd
+  // kd (D + E) of samples, and 0; of the open sky, and 1; of what is dark.
+  std::vector<SampleLight> sent_, next_;
   std::vector<SampleLight> fine_light_;
 };
 

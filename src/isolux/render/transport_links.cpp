@@ -103,7 +103,7 @@ void TransportLinks::trace(LinkRays& rays) {
       const bool stays =
           passed == 0 && surface.lanes() && hits.surface[n] == from_.site(rays.sample[n]).surface;
       SeenSide side;
-      side.inside = stays ? SurfaceSamples::side(rays.sample[n]).inside
+      side.inside = stays ? from_.side(rays.sample[n]).inside
                           : is_inside(surface, position, hits.point[n], outward, ray.direction);
       side.flipped = turned != side.inside;
       const std::uint32_t found = to_.find(hits.surface[n], position, outward, side);
