@@ -45,8 +45,13 @@ MeshView::MeshView(std::shared_ptr<const MeshSurface> surface, const Camera& cam
 MeshView::MeshView(const Mesh& mesh, const Camera& camera)
     : raster_(rasterise(mesh, pixel_rays(camera))) {}
 
+bool MeshView::is_empty_at(int x0, int y0) const {
+  if (!surface_) return raster_.is_empty_at(x0, y0);
+  return x0 > box_.x1 || x0 + 7 < box_.x0 || y0 > box_.y1 || y0 + 3 < box_.y0;
+}
+
 std::uint32_t MeshView::possible(const int* x, const int* y) const {
-  if (!surface_) return raster_.is_empty_at(x[0], y[0]) ? 0 : ~0u;
+  if (!surface_) return ~0u;
   std::uint32_t lanes = 0;
   for (int n = 0; n < RayLanes::kCount; ++n) {
     const bool is_inside = x[n] >= box_.x0 && x[n] <= box_.x1 && y[n] >= box_.y0 && y[n] <= box_.y1;

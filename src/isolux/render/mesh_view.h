@@ -19,7 +19,9 @@ class MeshView {
   /// Rasterises.
   MeshView(const Mesh& mesh, const Camera& camera);
 
-  /// Of a block of 8 x 4 pixels, lane n is (x[n], y[n]), those that may show the mesh.
+  /// Whether the block of 8 x 4 pixels from (x0, y0) can show nothing of the mesh.
+  bool is_empty_at(int x0, int y0) const;
+  /// Of such a block, lane n is (x[n], y[n]), those that may show the mesh.
   std::uint32_t possible(const int* x, const int* y) const;
 
   /// Finds the triangle that each of their eye rays meets before its end;

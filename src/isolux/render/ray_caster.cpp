@@ -138,13 +138,13 @@ class RayCaster::Eye {
 
   void trace_mesh(const SeenMesh& seen, std::int32_t number, int x0, int y0, std::uint32_t inside,
                   PacketHits& nearest) const {
+    if (seen.view.is_empty_at(x0, y0)) return;
     int x[kLanes], y[kLanes];
     for (int n = 0; n < kLanes; ++n) {
       x[n] = x0 + lane_x(n);
       y[n] = y0 + lane_y(n);
     }
     const std::uint32_t wanted = inside & seen.view.possible(x, y);
-    if (wanted == 0) return;
     RayLanes rays;
     set_rays(world_, x0, y0, rays.origin, rays.direction);
     for (int n = 0; n < kLanes; ++n) {

@@ -1,0 +1,184 @@
+#include "isolux/render/surface_samples.h"
+
+#include <algorithm>
+#include <limits>
+#include <span>
+
+namespace isolux {
+namespace {
+
+// Normals of one group make at most this cosine with the group's mean.
+constexpr double kLikeness = 0.6;
+
+struct Group {
+  Vec3 normals;    // sum
+  Vec3 positions;  // sum
+  int count = 0;
+};
+
+// Which group each place of a block belongs to.
+std::vector<Group> groups_of(std::span<const SurfacePlace> places, std::vector<std::size_t>& of) {
+  std::vector<Group> groups;
+  of.clear();
+  for (const SurfacePlace& place : places) {
+    const Vec3 normal = as_double(place.normal);
+    std::size_t best = groups.size();
+    double most = kLikeness;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      const double likeness = dot(normal, groups[g].normals) / length(groups[g].normals);
+      if (likeness > most) {
+        most = likeness;
+        best = g;
+      }
+    }
+    if (best == groups.size()) groups.emplace_back();
+    Group& group = groups[best];
+    group.normals = group.normals + normal;
+    group.positions = group.positions + place.position;
+    ++group.count;
+    of.push_back(best);
+  }
+  return groups;
+}
+
+}  // namespace
+
+bool is_inside(const PreparedSurface& surface, Vec3 position, const MeshPoint& point, Vec3 outward,
+               Vec3 direction) {
+  const Vec3 normal = surface.true_normal(position, point).value_or(outward);
+  // A triangle's normal is taken to be on the side of its vertices' normals.
+  const bool opposes = surface.mesh() && dot(normal, outward) < 0;
+  return dot(opposes ? -normal : normal, direction) > 0;
+}
+
+SurfaceSamples::SurfaceSamples(const SceneSurfaces& surfaces, int edge) {
+  for (std::size_t s = 0; s < surfaces.all().size(); ++s) {
+    add(surfaces.all()[s], static_cast<std::int32_t>(s), edge);
+  }
+}
+
+void SurfaceSamples::add(const PreparedSurface& surface, std::int32_t number, int edge) {
+  Grid& grid = grids_.emplace_back();
+  grid.block_from_world = block_from_world(surface, edge);
+  grid.blocks_from_covector = transpose(inverse(grid.block_from_world.linear));
+  const std::vector<SurfacePlace> places = surface.lanes()
+                                               ? places_of(*surface.lanes(), edge)
+                                               : places_of(*surface.mesh(), grid.block_from_world);
+  std::vector<std::size_t> group_of;
+  for (std::size_t begin = 0, end; begin < places.size(); begin = end) {
+    const BlockIndex& block = places[begin].block;
+    for (end = begin + 1; end < places.size() && places[end].block == block;) ++end;
+    const std::span<const SurfacePlace> in_block(&places[begin], end - begin);
+    const std::vector<Group> groups = groups_of(in_block, group_of);
+    grid.add(block, {static_cast<std::uint32_t>(sites_.size()),
+                     static_cast<std::uint32_t>(groups.size())});
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      // The place nearest to the middle stands for its group.
+      const Vec3 middle = groups[g].positions / groups[g].count;
+      const SurfacePlace* nearest = nullptr;
+      double least = std::numeric_limits<double>::infinity();
+      for (std::size_t n = 0; n < in_block.size(); ++n) {
+        const double distance = length(in_block[n].position - middle);
+        if (group_of[n] != g || !(distance < least)) continue;
+        least = distance;
+        nearest = &in_block[n];
+      }
+      sites_.push_back({nearest->position, as_float(grid.block_from_world.point(nearest->position)),
+                        nearest->normal, nearest->true_normal, number, nearest->point});
+    }
+  }
+}
+
+std::uint32_t SurfaceSamples::find_in_blocks(std::int32_t surface, Vec3 at, Vec3 outward,
+                                             SeenSide side) const {
+  std::uint32_t found = kNone;
+  double best = -std::numeric_limits<double>::infinity();
+  const auto look = [&](std::uint32_t site) {
+    // A turn by a right angle counts as much as two blocks' distance.
+    const double score = 2 * dot(as_double(sites_[site].normal), outward) -
+                         length(as_double(sites_[site].in_blocks) - at);
+    if (score > best) {
+      best = score;
+      found = sample(site, side);
+    }
+  };
+  const BlockIndex block = block_of(at);
+  each_site(surface, block, block, look);
+  // Nothing in its own block comes near enough to what there may be beside it.
+  if (constexpr double kGood = 0; best >= kGood) return found;
+  for (const std::int32_t reach : {1, 4}) {
+    each_site(surface, {block[0] - reach, block[1] - reach, block[2] - reach},
+              {block[0] + reach, block[1] + reach, block[2] + reach}, look);
+    if (found != kNone) return found;
+  }
+  return kNone;
+}
+
+double SurfaceSamples::bytes() const {
+  double sum = static_cast<double>(sites_.size() * sizeof(SampleSite));
+  for (const Grid& grid : grids_) sum += grid.bytes();
+  return sum;
+}
+
+std::uint64_t SurfaceSamples::Grid::key(const BlockIndex& at) {
+  constexpr int kBits = 21;
+  constexpr std::uint64_t kMask = (std::uint64_t{1} << kBits) - 1;
+  const auto field = [](std::int32_t value) { return static_cast<std::uint64_t>(value) & kMask; };
+  // The highest bit keeps it from being 0, which says that nothing is there.
+  return std::uint64_t{1} << 63 | field(at[2]) << (2 * kBits) | field(at[1]) << kBits |
+         field(at[0]);
+}
+
+namespace {
+
+std::size_t hashed(std::uint64_t key) {
+  key *= 0x9e3779b97f4a7c15u;
+  return static_cast<std::size_t>(key ^ key >> 32);
+}
+
+}  // namespace
+
+const SurfaceSamples::Row* SurfaceSamples::Grid::row(const BlockIndex& at) const {
+  if (keys_.empty()) return nullptr;
+  const std::uint64_t wanted = key(at);
+  for (std::size_t n = hashed(wanted);; ++n) {
+    const std::size_t slot = n & (keys_.size() - 1);
+    if (keys_[slot] == wanted) return &rows_[places_[slot]];
+    if (keys_[slot] == 0) return nullptr;
+  }
+}
+
+void SurfaceSamples::Grid::add(const BlockIndex& block, Run run) {
+  if (2 * (rows_.size() + 1) > keys_.size()) grow();
+  const std::uint64_t wanted = key({block[0] >> kRowShift, block[1], block[2]});
+  std::size_t slot = hashed(wanted) & (keys_.size() - 1);
+  while (keys_[slot] != 0 && keys_[slot] != wanted) slot = (slot + 1) & (keys_.size() - 1);
+  if (keys_[slot] == 0) {
+    keys_[slot] = wanted;
+    places_[slot] = static_cast<std::uint32_t>(rows_.size());
+    rows_.emplace_back();
+  }
+  rows_[places_[slot]][static_cast<std::size_t>(block[0] & (kRow - 1))] = run;
+}
+
+void SurfaceSamples::Grid::grow() {
+  const std::vector<std::uint64_t> keys = std::move(keys_);
+  const std::vector<std::uint32_t> places = std::move(places_);
+  const std::size_t size = std::max<std::size_t>(64, 2 * keys.size());
+  keys_.assign(size, 0);
+  places_.assign(size, 0);
+  for (std::size_t n = 0; n < keys.size(); ++n) {
+    if (keys[n] == 0) continue;
+    std::size_t slot = hashed(keys[n]) & (size - 1);
+    while (keys_[slot] != 0) slot = (slot + 1) & (size - 1);
+    keys_[slot] = keys[n];
+    places_[slot] = places[n];
+  }
+}
+
+double SurfaceSamples::Grid::bytes() const {
+  return static_cast<double>(keys_.size() * (sizeof(std::uint64_t) + sizeof(std::uint32_t)) +
+                             rows_.size() * sizeof(Row));
+}
+
+}  // namespace isolux

@@ -1,0 +1,272 @@
+#include "isolux/render/transport.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "isolux/base/parallel.h"
+#include "isolux/render/shadows.h"
+
+namespace isolux {
+namespace {
+
+constexpr int kFirstLinks = 8, kLeastLinks = 16;
+// Samples that are shot from between two questions whether to stop.
+constexpr std::size_t kSamplesAtOnce = 1024;
+constexpr std::size_t kPieceToLight = 256;
+
+constexpr double kBytesACoarse = 160, kBytesAFine = 16;
+
+std::array<float, 4> as_floats(Rgb c) {
+  return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b), 0};
+}
+
+}  // namespace
+
+Transport::Transport(const Scene& scene, const SceneSurfaces& surfaces, TransportOptions options)
+    : surfaces_(surfaces), options_(options), links_(options.links) {
+  constexpr std::pair<int, int> kEdges[] = {{1, 2}, {2, 2}, {2, 4}, {4, 4}};
+  for (const auto& [fine, coarse] : kEdges) {
+    fine_ = std::make_unique<SurfaceSamples>(surfaces, fine);
+    coarse_ = std::make_unique<SurfaceSamples>(surfaces, coarse);
+    from_fine_ = std::make_unique<TransportLinks>(scene, surfaces, *fine_, *coarse_);
+    from_coarse_ = std::make_unique<TransportLinks>(scene, surfaces, *coarse_, *coarse_);
+    if (bytes() <= options.memory / 2) break;
+  }
+}
+
+int Transport::coarse_links() const { return std::max(links_ / 2, kFirstLinks); }
+
+void Transport::see(const Scene& scene, const SurfaceBuffer& buffer) {
+  blend_.emplace(scene, surfaces_, *fine_, buffer);
+  if (bytes() > options_.memory) from_fine_->keep(blend_->samples());
+  // Of coarse samples hardly more than one of a site's four is ever reached.
+  const auto links = static_cast<double>(blend_->samples().size()) +
+                     static_cast<double>(coarse_->sites().size()) / 2;
+  const double left = options_.memory - bytes() + from_fine_->bytes() + from_coarse_->bytes();
+  links_ = options_.links;
+  while (4 * links * links_ > left && links_ > kLeastLinks) links_ /= 2;
+  bounces_ = -1;  // needs are to be found anew
+}
+
+void Transport::need(std::uint32_t coarse, std::int8_t bounces) {
+  if (needs_[coarse] >= bounces) return;
+  if (needs_[coarse] < 0) sources_.push_back(coarse);
+  needs_[coarse] = bounces;
+  followed_[coarse] = 0;
+  needing_[static_cast<std::size_t>(bounces)].push_back(coarse);
+}
+
+// What links lead to is needed with so many bounces.
+void Transport::follow(std::span<const std::uint32_t> links, std::size_t& followed,
+                       std::int8_t bounces) {
+  for (; followed < links.size(); ++followed) {
+    if (links[followed] < coarse_->size()) need(links[followed], bounces);
+  }
+}
+
+// Calls `shot` for each sample, when it has its links.
+bool Transport::shoot(TransportLinks& links, const std::vector<std::uint32_t>& samples, int count,
+                      const std::function<bool()>& stop,
+                      const std::function<void(std::uint32_t)>& shot) {
+  const auto wanted = static_cast<std::size_t>(count);
+  std::vector<std::uint32_t> lacking;
+  for (std::size_t begin = 0; begin < samples.size(); begin += kSamplesAtOnce) {
+    const std::size_t end = std::min(samples.size(), begin + kSamplesAtOnce);
+    lacking.clear();
+    for (std::size_t n = begin; n < end; ++n) {
+      if (links.of(samples[n]).size() < wanted) lacking.push_back(samples[n]);
+    }
+    if (!lacking.empty()) {
+      if (stop && stop()) return false;
+      links.shoot(lacking, wanted);
+    }
+    for (std::size_t n = begin; n < end; ++n) shot(static_cast<std::uint32_t>(n));
+  }
+  return true;
+}
+
+bool Transport::refine(int bounces, const std::function<bool()>& stop) {
+  if (bounces != bounces_) {
+    bounces_ = bounces;
+    needs_.assign(coarse_->size(), -1);
+    followed_.assign(coarse_->size(), 0);
+    sources_.clear();
+    needing_.assign(static_cast<std::size_t>(std::max(bounces, 1)), {});
+    fine_followed_.assign(blend_->samples().size(), 0);
+  }
+  if (bounces == 0) return true;
+  for (int count = kFirstLinks; count <= links_; count *= 2) {
+    const bool all_fine = shoot(*from_fine_, blend_->samples(), count, stop, [&](std::uint32_t n) {
+      std::size_t followed = fine_followed_[n];
+      follow(from_fine_->of(blend_->samples()[n]), followed, static_cast<std::int8_t>(bounces - 1));
+      fine_followed_[n] = static_cast<std::uint16_t>(followed);
+    });
+    if (!all_fine) return false;
+    for (int level = bounces - 1; level > 0; --level) {
+      const std::vector<std::uint32_t> samples = needing_[static_cast<std::size_t>(level)];
+      const bool all = shoot(
+          *from_coarse_, samples, std::min(count, coarse_links()), stop, [&](std::uint32_t n) {
+            std::size_t followed = followed_[samples[n]];
+            follow(from_coarse_->of(samples[n]), followed, static_cast<std::int8_t>(level - 1));
+            followed_[samples[n]] = static_cast<std::uint16_t>(followed);
+          });
+      if (!all) return false;
+    }
+  }
+  return true;
+}
+
+double Transport::done() const {
+  if (!blend_ || bounces_ <= 0) return bounces_ == 0 ? 1 : 0;
+  std::size_t there = 0, wanted = 0;
+  const auto count = [&](std::span<const std::uint32_t> links, int all) {
+    wanted += static_cast<std::size_t>(all);
+    there += std::min(links.size(), static_cast<std::size_t>(all));
+  };
+  for (const std::uint32_t sample : blend_->samples()) count(from_fine_->of(sample), links_);
+  for (const std::uint32_t sample : sources_) {
+    if (needs_[sample] > 0) count(from_coarse_->of(sample), coarse_links());
+  }
+  return wanted == 0 ? 1 : static_cast<double>(there) / static_cast<double>(wanted);
+}
+
+void Transport::light_directly(const Scene& scene) {
+  constexpr int kLanes = PointPacket::kCount;
+  constexpr double kCame = 20;  // steps; only its side of the surface matters
+  const ShadowRays shadow_rays(scene, surfaces_);
+  direct_.resize(coarse_->size());
+  const std::size_t packets = (sources_.size() + kLanes - 1) / kLanes;
+  parallel_for(packets, 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t packet = begin; packet < end; ++packet) {
+      PointPacket points;
+      const std::size_t first = packet * kLanes;
+      const int count = static_cast<int>(std::min<std::size_t>(kLanes, sources_.size() - first));
+      for (int n = 0; n < count; ++n) {
+        const std::uint32_t sample = sources_[first + static_cast<std::size_t>(n)];
+        const SampleSite& site = coarse_->site(sample);
+        points.position[n] = site.position;
+        points.normal[n] = coarse_->normal(sample);
+        points.to_eye[n] = coarse_->true_normal(sample);
+        points.came_mm[n] = kCame * surfaces_.at(site.surface).step_mm();
+        points.surface[n] = site.surface;
+        points.point[n] = site.point;
+      }
+      Rgb sums[kLanes] = {};
+      for (const Light& light : scene.lights) {
+        Rgb arriving[kLanes];
+        std::uint32_t lit = 0;
+        for (int n = 0; n < count; ++n) {
+          arriving[n] = irradiance(light, {points.position[n], points.normal[n], points.to_eye[n]});
+          if (arriving[n] != Rgb{}) lit |= 1u << n;
+        }
+        if (lit == 0) continue;
+        float share[kLanes];
+        std::ranges::fill(share, 1.0f);
+        if (scene.shadows) shadow_rays.reach(light, points, lit, share);
+        for (std::uint32_t rest = lit; rest != 0; rest &= rest - 1) {
+          const int n = std::countr_zero(rest);
+          sums[n] = sums[n] + static_cast<double>(share[n]) * arriving[n];
+        }
+      }
+      for (int n = 0; n < count; ++n) {
+        direct_[sources_[first + static_cast<std::size_t>(n)]] = as_floats(sums[n]);
+      }
+    }
+  });
+}
+
+void Transport::set_albedo(const Scene& scene) {
+  albedo_.resize(coarse_->size());
+  std::vector<SampleLight> of_surface;
+  for (const SurfaceItem& item : scene.surfaces) of_surface.push_back(as_floats(item.material.kd));
+  parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const SampleSite& site = coarse_->site(sources_[n]);
+      const auto surface = static_cast<std::size_t>(site.surface);
+      const SurfaceItem& item = scene.surfaces[surface];
+      albedo_[sources_[n]] =
+          item.is_painted ? as_floats(material_at(item, site.point).kd) : of_surface[surface];
+    }
+  });
+}
+
+SampleLight Transport::mean_of(std::span<const std::uint32_t> links) const {
+  constexpr std::size_t kAtOnce = 4;  // sums that do not wait for each other
+  static_assert(kFirstLinks % kAtOnce == 0);
+  SampleLight sums[kAtOnce] = {};
+  for (std::size_t first = 0; first < links.size(); first += kAtOnce) {
+    for (std::size_t n = 0; n < kAtOnce; ++n) {
+      const SampleLight& from = sent_[links[first + n]];
+      for (std::size_t c = 0; c < 4; ++c) sums[n][c] += from[c];
+    }
+  }
+  const float share = links.empty() ? 0 : 1 / static_cast<float>(links.size());
+  SampleLight mean;
+  for (std::size_t c = 0; c < 4; ++c) {
+    mean[c] = share * ((sums[0][c] + sums[1][c]) + (sums[2][c] + sums[3][c]));
+  }
+  return mean;
+}
+
+void Transport::light(const Scene& scene) {
+  std::ranges::sort(sources_);  // neighbours' rays go together
+  light_directly(scene);
+  set_albedo(scene);
+  SampleLight sky = as_floats(scene.has_default_ambient ? Rgb{} : scene.ambient);
+  sky[3] = 1;
+  for (auto* radiance : {&sent_, &next_}) {
+    radiance->resize(coarse_->size() + 2);
+    (*radiance)[from_fine_->sky()] = sky;
+    (*radiance)[from_fine_->dark()] = {};
+  }
+  const auto send = [&](std::uint32_t sample, const SampleLight& irradiance,
+                        std::vector<SampleLight>& to) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      to[sample][c] = albedo_[sample][c] * (direct_[sample][c] + irradiance[c]);
+    }
+  };
+  for (const std::uint32_t sample : sources_) send(sample, {}, sent_);
+  for (int bounce = 1; bounce < bounces_; ++bounce) {
+    parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        if (needs_[sources_[n]] < bounce) continue;
+        const auto links = from_coarse_->of(sources_[n]);
+        const std::size_t count = std::min(links.size(), static_cast<std::size_t>(coarse_links()));
+        send(sources_[n], mean_of(links.first(count)), next_);
+      }
+    });
+    // What needs fewer bounces keeps what it sent before: no link that counts leads there any more.
+    std::swap(sent_, next_);
+  }
+  fine_light_.resize(fine_->size());
+  const std::vector<std::uint32_t>& seen = blend_->samples();
+  parallel_for(
+      bounces_ > 0 ? seen.size() : 0, kPieceToLight, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+          const auto links = from_fine_->of(seen[n]);
+          const std::size_t count = std::min(links.size(), static_cast<std::size_t>(links_));
+          fine_light_[seen[n]] = mean_of(links.first(count));
+        }
+      });
+}
+
+void Transport::gather(const SurfaceBuffer& buffer, Indirect& indirect) const {
+  std::vector<float>* const channels[4] = {&indirect.pixels.r, &indirect.pixels.g,
+                                           &indirect.pixels.b, &indirect.sky};
+  for (std::vector<float>* channel : channels) channel->resize(buffer.pixels());
+  blend_->pixels(fine_light_.data(), channels);
+  indirect.further.clear();
+  if (buffer.further.empty()) return;
+  for (const auto& tile : blend_->further(fine_light_.data())) {
+    auto& to = indirect.further.emplace_back();
+    for (const auto& [r, g, b, sky] : tile) to.push_back({r, g, b});
+  }
+}
+
+double Transport::bytes() const {
+  return fine_->bytes() + coarse_->bytes() + from_fine_->bytes() + from_coarse_->bytes() +
+         static_cast<double>(coarse_->size()) * kBytesACoarse +
+         static_cast<double>(fine_->size()) * kBytesAFine + (blend_ ? blend_->bytes() : 0);
+}
+
+}  // namespace isolux

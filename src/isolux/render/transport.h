@@ -1,0 +1,99 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "isolux/render/indirect.h"
+#include "isolux/render/pixel_blend.h"
+#include "isolux/render/scene_surfaces.h"
+#include "isolux/render/surface_buffer.h"
+#include "isolux/render/surface_samples.h"
+#include "isolux/render/transport_links.h"
+#include "isolux/scene/scene.h"
+
+namespace isolux {
+
+struct TransportOptions {
+  /// Links of each sample that the picture is blended of; those between which light goes to and fro
+  /// have half of them. A power of 2, at least 8.
+  int links = 128;
+  double memory = 1e9;  ///< bytes; see Transport::bytes
+};
+
+/// Indirect light that follows the lamp: cached transport between samples of the surfaces. After
+/// Hasan, Pellacini and Bala 2006, "Direct-to-indirect transfer for cinematic relighting", which
+/// gathers from samples of the surfaces at samples of the picture; here both are in the scene, so
+/// that they outlive the picture, and light goes on between them from bounce to bounce.
+///
+/// There are two sets of samples: fine ones, of which the points of a picture are blended, and
+/// coarse ones, which send light to these and to each other. Rays are shot once, and for those
+/// samples alone that the picture needs: the fine ones that it is blended of, the coarse ones that
+/// they see, those that these see, and so on for as many bounces as there are. From then on,
+/// whatever happens to lamps, colours and ambient light costs one shadow ray for each coarse sample
+/// and lamp, and one mean over links for each sample and bounce; nothing of it is random from frame
+/// to frame.
+///
+/// Keeps references to the scene's surfaces; the volumes and meshes must stay as they are.
+class Transport {
+ public:
+  Transport(const Scene& scene, const SceneSurfaces& surfaces, TransportOptions options = {});
+
+  /// Says what picture is to be lit: how its points are blended of samples.
+  void see(const Scene& scene, const SurfaceBuffer& buffer);
+
+  /// Shoots the links that are missing: first 8 everywhere, then 16, and so on. Asks `stop` in
+  /// between, every few milliseconds. Returns whether there are all.
+  bool refine(int bounces, const std::function<bool()>& stop = {});
+  /// How much of that is done, in [0, 1].
+  double done() const;
+
+  /// Finds the light at all samples that are needed.
+  void light(const Scene& scene);
+
+  /// E at all points of the picture.
+  void gather(const SurfaceBuffer& buffer, Indirect& indirect) const;
+
+  /// Links of a fine sample: fewer than asked for where memory does not reach.
+  int links() const { return links_; }
+  /// Of memory: 88 for each site (a place with samples), 184 for each coarse and 40 for each fine
+  /// sample, four a site; 4 for each link; 36 for each pair of a block of 16 pixels and a sample
+  /// that counts there. Blocks of samples are made larger where sites alone would take more than
+  /// the limit; then links are halved, down to 16.
+  double bytes() const;
+
+ private:
+  int coarse_links() const;
+  void need(std::uint32_t coarse, std::int8_t bounces);
+  void follow(std::span<const std::uint32_t> links, std::size_t& followed, std::int8_t bounces);
+  bool shoot(TransportLinks& links, const std::vector<std::uint32_t>& samples, int count,
+             const std::function<bool()>& stop, const std::function<void(std::uint32_t)>& shot);
+  void light_directly(const Scene& scene);
+  void set_albedo(const Scene& scene);
+  SampleLight mean_of(std::span<const std::uint32_t> links) const;
+
+  const SceneSurfaces& surfaces_;
+  TransportOptions options_;
+  int links_;
+  std::unique_ptr<SurfaceSamples> fine_, coarse_;
+  std::unique_ptr<TransportLinks> from_fine_, from_coarse_;
+  std::optional<PixelBlend> blend_;
+  int bounces_ = -1;
+  // For each coarse sample: how many bounces of light must be known there (0: direct light alone;
+  // -1: nothing at all), and how many of its links have been looked at for that.
+  std::vector<std::int8_t> needs_;
+  std::vector<std::uint16_t> followed_;
+  std::vector<std::vector<std::uint32_t>> needing_;  // coarse samples by their needs
+  std::vector<std::uint16_t> fine_followed_;         // in the order of blend_->samples()
+  std::vector<std::uint32_t> sources_;               // all coarse samples with a need
+  std::vector<SampleLight> direct_;                  // D
+  std::vector<SampleLight> albedo_;                  // kd
+  // kd (D + E) of samples, and 0; of the open sky, and 1; of what is dark.
+  std::vector<SampleLight> sent_, next_;
+  std::vector<SampleLight> fine_light_;
+};
+
+}  // namespace isolux
