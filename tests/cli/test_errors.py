@@ -139,7 +139,7 @@ class WrongCommands(Refusals):
         self.usage("-o", "other.png", about="--output")
 
     def test_what_later_versions_will_do_is_refused_not_ignored(self):
-        for words in (["--indirect", "transport"],
+        for words in (["--indirect-memory", "500M"],
                       ["--transfer", "ct-head"], ["--clip", "at=0:0:0,normal=0:0:1"],
                       ["--bounces", "2"], ["--error", "0.1"],
                       ["--spp", "16"], ["--seed", "1"]):

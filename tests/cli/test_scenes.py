@@ -21,6 +21,7 @@ RICH = {"size": "40x32", "surface": ["iso=0,ka=0.1:0.2:0.3,kd=0.9:0.6:0.5,shinin
 # Shadows, a mirror and a translucent surface.
 EFFECTS = {**RICH, "surface": ["iso=0,kr=0.5:0.4:0.3,opacity=0.6", "iso=300,kr=0.2:0.2:0.2"],
            "shadows": "on", "indirect": "path", "spp": 4}
+TRANSPORT = {**RICH, "shadows": "on", "indirect": "transport"}
 
 
 class BlobCase(TestCase):
@@ -268,7 +269,7 @@ class SceneFiles(BlobCase):
                         [{"iso": 1, "kr": [1, 1, 2]}], [{"iso": 1, "opacity": 1.5}]],
             "light": [{}, [[]], [{"kind": "spot", "at": [1, 2, 3]}], [{"at": [1, 2, 3]}],
                       [{"kind": "point"}], [{"kind": "point", "at": "1:2:3"}]],
-            "input": ["blob.nrrd", [1], {}, None], "shadows": ["dark", True], "indirect": ["dark", "transport", True],
+            "input": ["blob.nrrd", [1], {}, None], "shadows": ["dark", True], "indirect": ["dark", True],
             "spp": [4], "clip": [["at=0:0:0,normal=0:0:1"]], "transfer": ["ct-head"],
         }
         for key, values in wrong.items():
@@ -342,6 +343,8 @@ class NoSilentSwitch(BlobCase):
         "bounces": ({"indirect": "path", "bounces": 1}, {"indirect": "path", "bounces": 3}),
         "spp": ({"indirect": "path", "spp": 4}, {"indirect": "path", "spp": 5}),
         "error": ({"indirect": "path", "error": 0.5}, {"indirect": "path", "error": 0.01}),
+        "indirect-memory": ({"indirect": "transport"},
+                            {"indirect": "transport", "indirect-memory": "10k"}),
         "seed": ({"indirect": "path", "seed": 1}, {"indirect": "path", "seed": 2}),
         "camera.height": (
             {"camera": "eye=60:-50:40,target=8:7:6,projection=orthographic,height=20"},
@@ -414,7 +417,7 @@ class NoSilentSwitch(BlobCase):
 
 class SameBytes(BlobCase):
     def test_any_number_of_threads_makes_the_same_bytes(self):
-        scenes = [(["blob.nrrd"], RICH), (["blob.nrrd"], EFFECTS),
+        scenes = [(["blob.nrrd"], RICH), (["blob.nrrd"], EFFECTS), (["blob.nrrd"], TRANSPORT),
                   (["phantom:marschner-lobb"], {"size": "64x64"}),
                   (["phantom:head,size=48"], {"size": "50x70", "surface": ["iso=-300", "iso=300"]})]
         for inputs, options in scenes:
@@ -427,7 +430,7 @@ class SameBytes(BlobCase):
     def test_avx2_and_avx512_make_the_same_bytes(self):
         lamp = {"light": ["point,at=40:-300:200,falloff=inverse-square,reference=300",
                           "directional,to=1:-1:0.5,color=1:0.5:0.2"]}
-        scenes = [(["blob.nrrd"], RICH), (["blob.nrrd"], EFFECTS),
+        scenes = [(["blob.nrrd"], RICH), (["blob.nrrd"], EFFECTS), (["blob.nrrd"], TRANSPORT),
                   (["phantom:marschner-lobb"], {"size": "65x63"}),
                   (["phantom:sphere"], {"size": "64x64", "camera":
                                         "view=top,projection=orthographic", **lamp}),

@@ -41,7 +41,7 @@ const pressed: Record<string, () => void> = {
   y: () => focusAxis('y'),
   z: () => focusAxis('z'),
   s: () => toggle('shadows', 'on'),
-  i: () => toggle('indirect', 'path'),
+  i: () => toggle('indirect', 'transport'),
   e: () => (explaining.value ? stopExplaining() : moveBy(0, 0)),
   f: fitHere,
   o: () => document.querySelector<HTMLInputElement>('[data-testid=open-file]')?.click(),

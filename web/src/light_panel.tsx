@@ -48,8 +48,9 @@ function Ambient({ now }: { now: Scene }) {
 
 /** Options of indirect light that have no meaning beside a method of it. */
 export function besideIndirect(method: unknown): string[] {
-  if (method === 'path') return [];
-  return method === 'off' ? ['bounces', 'spp', 'error', 'seed'] : ['spp', 'error', 'seed'];
+  if (method === 'path') return ['indirect-memory'];
+  const ofPaths = ['spp', 'error', 'seed'];
+  return method === 'off' ? ['bounces', 'indirect-memory', ...ofPaths] : ofPaths;
 }
 
 export function LightPanel() {
@@ -62,7 +63,7 @@ export function LightPanel() {
       <OptionControl name="shadows" label="shadows" />
       <Ambient now={now} />
       {mirrors && <OptionControl name="mirror-depth" label="mirrors" usualHigh={8} />}
-      <OptionControl name="indirect" label="indirect" without="transport" drops={besideIndirect} />
+      <OptionControl name="indirect" label="indirect" drops={besideIndirect} />
       {indirect && <OptionControl name="bounces" label="bounces" usual={2} usualHigh={8} />}
       {now.indirect === 'path' && <OptionControl name="spp" label="samples" usual={64} usualHigh={1024} />}
     </>

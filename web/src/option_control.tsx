@@ -9,8 +9,6 @@ interface OptionControlProps {
   label: string;
   /** Other words for its choices. */
   labels?: Record<string, string>;
-  /** A choice that this version refuses. */
-  without?: string;
   /** What holds where the scene says nothing and the table has no default. */
   usual?: number;
   /** Where the slider ends; more may be typed. */
@@ -28,7 +26,7 @@ export const setOption = (name: string, to: unknown, about: string, drops: strin
   });
 
 export function OptionControl({
-  name, label, labels = {}, without, usual, usualHigh, drops = () => [],
+  name, label, labels = {}, usual, usualHigh, drops = () => [],
 }: OptionControlProps) {
   const option = hello.value?.options[name];
   const now = scene.value;
@@ -51,7 +49,7 @@ export function OptionControl({
         <Choice
           name={label}
           value={value as string}
-          choices={option.choices.filter((one) => one !== without).map((one) => ({ value: one, label: labels[one] ?? one }))}
+          choices={option.choices.map((one) => ({ value: one, label: labels[one] ?? one }))}
           onChange={(to) => set(to)}
         />
       </div>

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <future>
 #include <set>
@@ -11,7 +10,7 @@
 #include "isolux/cli/loaded_scene.h"
 #include "isolux/cli/terminal.h"
 #include "isolux/io/provenance.h"
-#include "isolux/render/path_tracer.h"
+#include "isolux/render/indirect_light.h"
 #include "isolux/render/pictures.h"
 #include "isolux/render/ray_caster.h"
 #include "isolux/scene/document.h"
@@ -65,11 +64,10 @@ std::vector<InputChecksums> all_checksums(const std::vector<ReadResult>& inputs,
 Indirect indirect_light(const Scene& scene, const RayCaster& caster, const SurfaceBuffer& buffer,
                         const Arguments& arguments) {
   if (scene.indirect == IndirectMethod::kOff) return {};
-  PathTracer tracer(scene, caster.surfaces());
-  tracer.run(buffer, progress_bar(arguments));
-  tell("indirect light: " + std::to_string(tracer.samples()) + " samples a pixel, error " +
-       to_text(std::round(1e4 * tracer.relative_error()) / 100) + " % or less");
-  return tracer.indirect(buffer);
+  IndirectLight light;
+  Indirect found = light.find(scene, caster.surfaces(), buffer, progress_bar(arguments));
+  tell("indirect light: " + light.told());
+  return found;
 }
 
 // Draws and writes. `expected`: the checksums that the inputs must have, where a picture is made

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "isolux/render/path_tracer.h"
+#include "isolux/render/indirect_light.h"
 #include "isolux/render/ray_caster.h"
 #include "isolux/render/relight.h"
 
@@ -43,6 +43,21 @@ void add_further(const Scene& scene, const FurtherPoint& point, const std::vecto
   e.layers.push_back(std::move(layer));
 }
 
+// What each bounce adds to E in a pixel: what one more adds to what fewer give.
+std::vector<Rgb> by_bounce(const Scene& scene, const SceneSurfaces& surfaces,
+                           const SurfaceBuffer& buffer, std::size_t place, IndirectLight& light) {
+  std::vector<Rgb> parts;
+  Rgb before;
+  Scene shorter = scene;
+  for (int b = 1; b <= scene.bounces && buffer.is_hit(place); ++b) {
+    shorter.bounces = b;
+    const Rgb now = light.find(shorter, surfaces, buffer).pixels.at(place);
+    parts.push_back(now + -1.0 * before);
+    before = now;
+  }
+  return parts;
+}
+
 }  // namespace
 
 Explanation explain(const Scene& scene, int x, int y) {
@@ -56,14 +71,9 @@ Explanation explain(const Scene& scene, int x, int y) {
 
   Explanation e;
   if (scene.indirect != IndirectMethod::kOff) {
-    PathTracer tracer(scene, caster.surfaces());
-    tracer.run(buffer);
-    indirect = tracer.indirect(buffer);
-    if (buffer.is_hit(place)) {
-      PathSum sum = tracer.pixel(buffer, place, tracer.samples());
-      for (Rgb& part : sum.by_bounce) part = (1.0 / tracer.samples()) * part;
-      e.by_bounce = std::move(sum.by_bounce);
-    }
+    IndirectLight light;
+    indirect = light.find(scene, caster.surfaces(), buffer);
+    e.by_bounce = by_bounce(scene, caster.surfaces(), buffer, place, light);
   }
   e.x = x;
   e.y = y;

@@ -134,7 +134,7 @@ class PathTracer::Tile {
       Path& path = paths_[numbers[lane]];
       if (!(hits.hit >> n & 1)) {
         if (bounce == 1) ++sums_[path.origin].open;
-        if (has_sky_) add(numbers[lane], bounce, path.throughput * scene_.ambient);
+        if (has_sky_) add(numbers[lane], path.throughput * scene_.ambient);
         continue;
       }
       hits.face(n, path.ray.direction);
@@ -156,7 +156,7 @@ class PathTracer::Tile {
       lit |= 1u << n;
       if (bounce < scene_.bounces) onward.push_back(numbers[lane]);
     }
-    light(numbers, points, lit, bounce);
+    light(numbers, points, lit);
   }
 
   void first_hits(const RayPacket& rays, std::uint32_t lanes, PacketHits& hits) const {
@@ -202,8 +202,7 @@ class PathTracer::Tile {
     return true;
   }
 
-  void light(std::span<const std::uint32_t> numbers, const PointPacket& points, std::uint32_t lit,
-             int bounce) {
+  void light(std::span<const std::uint32_t> numbers, const PointPacket& points, std::uint32_t lit) {
     for (const Light& lamp : scene_.lights) {
       if (lit == 0) return;
       float share[kLanes];
@@ -218,17 +217,13 @@ class PathTracer::Tile {
         const std::uint32_t number = numbers[static_cast<std::size_t>(n)];
         const Rgb arriving =
             irradiance(lamp, {points.position[n], points.normal[n], points.to_eye[n]});
-        add(number, bounce, static_cast<double>(share[n]) * (paths_[number].throughput * arriving));
+        add(number, static_cast<double>(share[n]) * (paths_[number].throughput * arriving));
       }
     }
   }
 
-  void add(std::uint32_t number, int bounce, Rgb radiance) {
+  void add(std::uint32_t number, Rgb radiance) {
     estimates_[number] = estimates_[number] + radiance;
-    std::vector<Rgb>& by_bounce = sums_[paths_[number].origin].by_bounce;
-    if (by_bounce.empty()) return;
-    Rgb& part = by_bounce[static_cast<std::size_t>(bounce - 1)];
-    part = part + radiance;
   }
 
   Material material(const Vertex& at) const {
@@ -359,15 +354,6 @@ Indirect PathTracer::indirect(const SurfaceBuffer& buffer) const {
     }
   }
   return result;
-}
-
-PathSum PathTracer::pixel(const SurfaceBuffer& buffer, std::size_t place, int samples) const {
-  std::vector<PathSum> sums(1);
-  sums[0].by_bounce.resize(static_cast<std::size_t>(scene_.bounces));
-  Tile tile(*this, sums);
-  tile.start(vertex_of(scene_, buffer, place), seed_of(scene_, buffer, place, 0), 0, 0, samples);
-  tile.run();
-  return sums[0];
 }
 
 }  // namespace isolux

@@ -13,10 +13,9 @@ namespace isolux {
 
 /// What the paths from one point have brought so far.
 struct PathSum {
-  Rgb radiance;                     ///< sum over samples of their estimates of E
-  double square = 0;                ///< sum of the squares of the estimates' mean over the channels
-  std::uint32_t open = 0;           ///< samples whose first ray met nothing
-  std::vector<Rgb> by_bounce = {};  ///< where asked for: the part of `radiance` of each bounce
+  Rgb radiance;            ///< sum over samples of their estimates of E
+  double square = 0;       ///< sum of the squares of the estimates' mean over the channels
+  std::uint32_t open = 0;  ///< samples whose first ray met nothing
 };
 
 /// Estimates E of the contract's indirect term without bias. A path goes from a point in a
@@ -45,9 +44,6 @@ class PathTracer {
 
   /// As many samples as the scene asks for.
   void run(const SurfaceBuffer& buffer, const ProgressListener& listener = {});
-
-  /// One pixel alone, by bounces: the numbers that add_samples gives it.
-  PathSum pixel(const SurfaceBuffer& buffer, std::size_t place, int samples) const;
 
  private:
   class Tile;

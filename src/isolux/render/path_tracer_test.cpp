@@ -7,8 +7,10 @@
 
 #include "isolux/base/parallel.h"
 #include "isolux/mesh/extract_isosurface.h"
+#include "isolux/render/explanation.h"
 #include "isolux/render/ray_caster.h"
 #include "isolux/render/relight.h"
+#include "isolux/render/session.h"
 #include "isolux/render/test_scenes.h"
 #include "isolux/volume/phantom.h"
 
@@ -211,23 +213,31 @@ TEST(PathTracer, samples_added_in_pieces_and_on_any_threads_give_the_same_bits) 
   });
 }
 
-TEST(PathTracer, the_bounces_of_a_pixel_add_up_to_its_light) {
-  const Scene scene =
-      scene_of({volume(head_phantom(48))}, room({{{"kind", "point"}, {"at", {-90, -200, 60}}}}));
-  const RayCaster caster(scene);
-  const SurfaceBuffer buffer = caster.cast(*scene.camera);
-  PathTracer tracer(scene, caster.surfaces());
-  tracer.run(buffer);
-  const Indirect indirect = tracer.indirect(buffer);
-  each_hit(buffer, [&](std::size_t place) {
-    if (place % 7 != 0) return;
-    const PathSum sum = tracer.pixel(buffer, place, tracer.samples());
-    Rgb parts;
-    for (const Rgb& part : sum.by_bounce) parts = parts + part;
-    for (int c = 0; c < 3; ++c) {
-      EXPECT_NEAR(parts[c] / tracer.samples(), indirect.pixels.at(place)[c], 1e-6);
-    }
-  });
+TEST(PathTracer, the_bounces_that_an_explanation_tells_add_up_to_the_light_of_the_picture) {
+  for (const char* method : {"path", "transport"}) {
+    json settings = room({{{"kind", "point"}, {"at", {-90, -200, 60}}}});
+    settings["indirect"] = method;
+    if (settings["indirect"] == "transport") settings.erase("spp");
+    const Scene scene = scene_of({volume(head_phantom(48))}, settings);
+    Session session;
+    const Radiance& radiance = session.radiance(scene);
+    const SurfaceBuffer& buffer = session.surfaces(scene);
+    int compared = 0;
+    each_hit(buffer, [&](std::size_t place) {
+      if (place % 5 != 0) return;
+      ++compared;
+      const auto [x, y] = buffer.pixel(place);
+      const Explanation e = explain(scene, x, y);
+      Rgb parts;
+      for (const Rgb& part : e.by_bounce) parts = parts + part;
+      EXPECT_EQ(e.by_bounce.size(), 3u);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(parts[c], e.layers[0].terms.irradiance[c], 1e-6);
+        EXPECT_NEAR(e.layers[0].terms.indirect[c], radiance.indirect.at(place)[c], 1e-6) << method;
+      }
+    });
+    EXPECT_GT(compared, 2) << method;
+  }
 }
 
 TEST(PathTracer, an_asked_for_error_is_reached_with_more_samples) {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "isolux/render/path_tracer.h"
-
 namespace isolux {
 namespace {
 
@@ -31,10 +29,11 @@ bool same_places(const Scene& a, const Scene& b) {
   });
 }
 
-// What the path tracer is asked for.
+// How indirect light is asked for.
 bool same_paths(const Scene& a, const Scene& b) {
   return a.indirect == b.indirect && a.bounces == b.bounces && a.spp == b.spp &&
-         a.indirect_error == b.indirect_error && a.seed == b.seed;
+         a.indirect_error == b.indirect_error && a.seed == b.seed &&
+         a.indirect_memory == b.indirect_memory;
 }
 
 bool same_light(const Scene& a, const Scene& b) {
@@ -58,12 +57,16 @@ bool same_indirect(const Scene& a, const Scene& b) {
 
 void Session::trace(const Scene& scene, const ProgressListener& listener) {
   if (!prepared_ || !same_surfaces(*prepared_, scene)) {
+    indirect_light_.forget();
     caster_ = RayCaster(scene, caster_ ? &*caster_ : nullptr);
     prepared_ = scene;
     traced_.reset();
     ++counters_.skip_structure;
   } else if (!same_optics(*prepared_, scene) || prepared_->shadows != scene.shadows) {
-    if (!same_optics(*prepared_, scene)) traced_.reset();
+    if (!same_optics(*prepared_, scene)) {
+      indirect_light_.forget();
+      traced_.reset();
+    }
     caster_ = RayCaster(scene, &*caster_);
     prepared_ = scene;
     shadowed_.reset();
@@ -92,19 +95,24 @@ const Shadows& Session::shadows(const Scene& scene) {
   return shadows_;
 }
 
-const Indirect& Session::indirect(const Scene& scene, const ProgressListener& listener) {
+const Indirect& Session::indirect(const Scene& scene, const ProgressListener& listener,
+                                  const std::function<bool()>& stop) {
   trace(scene, {});
-  if (bounced_ && same_indirect(*bounced_, scene)) return indirect_;
-  if (scene.indirect == IndirectMethod::kOff) {
-    indirect_ = {};
-  } else {
-    PathTracer tracer(scene, caster_->surfaces());
-    tracer.run(*buffer_, listener);
-    indirect_ = tracer.indirect(*buffer_);
-    ++counters_.indirect;
+  const bool is_found = bounced_ && same_indirect(*bounced_, scene);
+  if (is_found && indirect_light_.is_complete()) return indirect_;
+  if (is_found) {  // what was lit with less is lit again
+    lit_.reset();
+    drawn_.reset();
   }
+  bounced_.reset();  // the listener may throw
+  indirect_ = indirect_light_.find(scene, caster_->surfaces(), *buffer_, listener, stop);
+  counters_.indirect += scene.indirect == IndirectMethod::kOff ? 0 : 1;
   bounced_ = scene;
   return indirect_;
+}
+
+const Indirect& Session::indirect_as_found(const Scene& scene) {
+  return bounced_ && same_indirect(*bounced_, scene) ? indirect_ : indirect(scene);
 }
 
 const SurfaceBuffer& Session::surfaces(const Scene& scene, const ProgressListener& listener) {
@@ -115,7 +123,7 @@ const SurfaceBuffer& Session::surfaces(const Scene& scene, const ProgressListene
 const Radiance& Session::radiance(const Scene& scene) {
   trace(scene, {});
   if (lit_ && same_light(*lit_, scene)) return *radiance_;
-  radiance_ = light(scene, *buffer_, shadows(scene), indirect(scene));
+  radiance_ = light(scene, *buffer_, shadows(scene), indirect_as_found(scene));
   lit_ = scene;
   ++counters_.lighting;
   return *radiance_;
@@ -128,7 +136,7 @@ const Picture& Session::picture(const Scene& scene) {
   if (is_lit) {
     picture_.redisplay(scene, *buffer_);
   } else {
-    picture_.relight(scene, *buffer_, shadows(scene), indirect(scene));
+    picture_.relight(scene, *buffer_, shadows(scene), indirect_as_found(scene));
   }
   counters_.lighting += is_lit ? 0 : 1;
   ++counters_.display;

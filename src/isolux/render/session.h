@@ -1,11 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 
 #include "isolux/base/progress.h"
 #include "isolux/image/picture.h"
-#include "isolux/render/indirect.h"
+#include "isolux/render/indirect_light.h"
 #include "isolux/render/ray_caster.h"
 #include "isolux/render/relight.h"
 #include "isolux/render/shadows.h"
@@ -46,7 +47,10 @@ class Session {
   /// Empty where the scene asks for none.
   const Shadows& shadows(const Scene& scene);
   /// Empty where the scene asks for none.
-  const Indirect& indirect(const Scene& scene, const ProgressListener& listener = {});
+  /// With `stop` it may be unfinished (see IndirectLight), and what is lit with it as well; the
+  /// next call goes on from there.
+  const Indirect& indirect(const Scene& scene, const ProgressListener& listener = {},
+                           const std::function<bool()>& stop = {});
   /// The terms kept apart, which `picture` does without.
   const Radiance& radiance(const Scene& scene);
   const Picture& picture(const Scene& scene);
@@ -55,6 +59,7 @@ class Session {
 
  private:
   void trace(const Scene& scene, const ProgressListener& listener);
+  const Indirect& indirect_as_found(const Scene& scene);
 
   Counters counters_;
   // Each stage with the scene that it last ran for.
@@ -62,6 +67,7 @@ class Session {
   std::optional<RayCaster> caster_;
   std::optional<SurfaceBuffer> buffer_;
   Shadows shadows_;
+  IndirectLight indirect_light_;
   Indirect indirect_;
   std::optional<Radiance> radiance_;
   LitPicture picture_;

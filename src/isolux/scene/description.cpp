@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "isolux/base/error.h"
+#include "isolux/base/memory.h"
 #include "isolux/scene/document.h"
 
 namespace isolux {
@@ -155,13 +156,17 @@ namespace {
 
 // Options that mean something beside others alone are refused without them.
 void describe_indirect(const json& given, const json& complete, SceneDescription& scene) {
-  if (complete["indirect"] == "transport") {
-    throw UsageError("--indirect", "transport is not in this version", "give path, or off");
-  }
   const bool is_path = complete["indirect"] == "path";
+  const bool is_transport = complete["indirect"] == "transport";
+  if (is_transport) scene.indirect = IndirectMethod::kTransport;
   if (is_path) scene.indirect = IndirectMethod::kPath;
   if (complete["indirect"] == "off") {
-    refuse(given, "bounces", "--bounces", "counts those of indirect light", "add --indirect path");
+    refuse(given, "bounces", "--bounces", "counts those of indirect light",
+           "add --indirect transport");
+  }
+  if (!is_transport) {
+    refuse(given, "indirect-memory", "--indirect-memory", "belongs to cached transport",
+           "add --indirect transport");
   }
   for (const char* name : {"spp", "error", "seed"}) {
     if (is_path) break;
@@ -171,8 +176,16 @@ void describe_indirect(const json& given, const json& complete, SceneDescription
   scene.bounces = optional_whole(complete, "bounces").value_or(scene.bounces);
   scene.indirect_error = optional_number(complete, "error");
   constexpr int kMost = 1 << 16;
+  constexpr double kLeastMemory = 1e4;
   const int most = scene.indirect_error && !given.contains("spp") ? kMost : 64;
   scene.spp = optional_whole(complete, "spp").value_or(most);
+  if (complete.contains("indirect-memory")) {
+    const auto memory = parse_memory(complete["indirect-memory"].get<std::string>());
+    if (!memory || *memory < kLeastMemory) {
+      throw UsageError("--indirect-memory", "is no size of 10k or more", "write 500M");
+    }
+    scene.indirect_memory = *memory;
+  }
   scene.seed = complete.value("seed", std::uint64_t{0});
 }
 

@@ -83,6 +83,7 @@ struct SceneDescription {
   int spp = 64;                               ///< indirect samples a pixel; with an error: at most
   std::optional<double> indirect_error = {};  ///< relative standard error to stop at
   std::uint64_t seed = 0;
+  double indirect_memory = 1e9;  ///< bytes that cached transport may take
   Display display;
   Rgb background;
 };

@@ -229,8 +229,9 @@ std::vector<Option> make_scene_options() {
        .low = 0,
        .high = 64},
       choice("indirect",
-             "light that surfaces send to each other, in place of the ambient term: path is "
-             "without bias and converges with --spp",
+             "light that surfaces send to each other, in place of the ambient term: transport is "
+             "cached and follows a moving lamp at once, path is without bias and converges with "
+             "--spp",
              {"off", "transport", "path"}, "off"),
       {.name = "bounces",
        .type = kWhole,
@@ -249,6 +250,9 @@ std::vector<Option> make_scene_options() {
        .low = 0,
        .high = 1,
        .low_excluded = true},
+      {.name = "indirect-memory",
+       .type = kText,
+       .sentence = "how much memory --indirect transport may take, such as 500M (default 1G)"},
       {.name = "seed",
        .type = kWhole,
        .sentence = "another set of random numbers, with --indirect path (default 0)",

@@ -164,6 +164,7 @@ Scene resolve(const SceneDescription& description, const Inputs& inputs) {
   scene.spp = description.spp;
   scene.indirect_error = description.indirect_error;
   scene.seed = description.seed;
+  scene.indirect_memory = description.indirect_memory;
   scene.camera.emplace(description.camera, description.width, description.height,
                        bounding_sphere(inputs));
   scene.surfaces = resolve_surfaces(description, inputs);

@@ -14,7 +14,8 @@ namespace {
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kMovingFrame_ms = 40;  // what tracing or sending may take of a moving frame
+constexpr double kMovingFrame_ms = 40;   // what tracing or sending may take of a moving frame
+constexpr double kMovingLinks_ms = 100;  // and linking surfaces, for indirect light
 constexpr int kMostReduced = 4;
 constexpr int kMovingQuality = 82;
 
@@ -132,8 +133,11 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
                            const std::vector<SceneInput>& inputs, double bytes_per_ms,
                            const ProgressListener& listener) {
   SceneDescription drawn = description;
-  // It takes seconds, and none of it can be kept: moving frames show the ambient term in its place.
-  if (!request.settled) drawn.indirect = IndirectMethod::kOff;
+  // Paths take seconds, and nothing of them can be kept: moving frames show the ambient term in
+  // their place. Of transport they show what there is by then.
+  if (!request.settled && drawn.indirect == IndirectMethod::kPath) {
+    drawn.indirect = IndirectMethod::kOff;
+  }
   Scene whole = resolve(drawn, inputs);
   const int by = reduction_for(whole, request.settled);
   drawn.width = std::max(1, description.width / by);
@@ -153,8 +157,12 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
   whole_ = std::move(whole);
   reduction_ = by;
 
+  const auto linking = Clock::now();
+  std::function<bool()> stop;
+  if (!request.settled) stop = [&] { return ms_since(linking) > kMovingLinks_ms; };
+  session_.indirect(scene, listener, stop);
+
   const auto lighting = Clock::now();
-  session_.indirect(scene, listener);
   std::vector<ShownPicture> pictures;
   for (const ShownLayer layer : request.show) {
     pictures.push_back(show_layer(layer, scene, request.light, session_));

@@ -1,0 +1,41 @@
+#include "isolux/render/indirect_light.h"
+
+#include <cmath>
+
+#include "isolux/base/memory.h"
+#include "isolux/base/number_text.h"
+#include "isolux/render/path_tracer.h"
+
+namespace isolux {
+
+Indirect IndirectLight::find(const Scene& scene, const SceneSurfaces& surfaces,
+                             const SurfaceBuffer& buffer, const ProgressListener& listener,
+                             const std::function<bool()>& stop) {
+  is_complete_ = true;
+  told_.clear();
+  if (scene.indirect == IndirectMethod::kOff) return {};
+  if (scene.indirect == IndirectMethod::kPath) {
+    PathTracer tracer(scene, surfaces);
+    tracer.run(buffer, listener);
+    told_ = std::to_string(tracer.samples()) + " samples a pixel, error " +
+            to_text(std::round(1e4 * tracer.relative_error()) / 100) + " % or less";
+    return tracer.indirect(buffer);
+  }
+  if (!transport_ || memory_ != scene.indirect_memory) {
+    transport_.emplace(scene, surfaces, TransportOptions{.memory = scene.indirect_memory});
+    memory_ = scene.indirect_memory;
+  }
+  transport_->see(scene, buffer);
+  is_complete_ = transport_->refine(scene.bounces, [&] {
+    if (listener) listener("linking surfaces", transport_->done());
+    return stop && stop();
+  });
+  transport_->light(scene);
+  Indirect found;
+  transport_->gather(buffer, found);
+  told_ =
+      std::to_string(transport_->links()) + " links a sample, " + bytes_text(transport_->bytes());
+  return found;
+}
+
+}  // namespace isolux

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "isolux/base/progress.h"
+#include "isolux/render/indirect.h"
+#include "isolux/render/scene_surfaces.h"
+#include "isolux/render/surface_buffer.h"
+#include "isolux/render/transport.h"
+#include "isolux/scene/scene.h"
+
+namespace isolux {
+
+/// Indirect light by the method that a scene asks for. Keeps cached transport, which outlives
+/// lamps, colours and cameras, as long as the surfaces stay.
+class IndirectLight {
+ public:
+  /// Empty where the scene asks for none. `stop` is asked now and then while transport is missing
+  /// links: whether to make do with those there are; none: never. Listeners may throw, to cancel.
+  Indirect find(const Scene& scene, const SceneSurfaces& surfaces, const SurfaceBuffer& buffer,
+                const ProgressListener& listener = {}, const std::function<bool()>& stop = {});
+
+  /// Whether the last answer is as good as it will get.
+  bool is_complete() const { return is_complete_; }
+  /// One line about the last answer, for people; empty where there was no indirect light.
+  const std::string& told() const { return told_; }
+
+  /// To be called before surfaces change.
+  void forget() { transport_.reset(); }
+
+ private:
+  std::optional<Transport> transport_;
+  double memory_ = 0;
+  bool is_complete_ = true;
+  std::string told_;
+};
+
+}  // namespace isolux
