@@ -14,7 +14,7 @@ constexpr int kFirstLinks = 8, kLeastLinks = 16;
 constexpr std::size_t kSamplesAtOnce = 1024;
 constexpr std::size_t kPieceToLight = 256;
 
-constexpr double kBytesACoarse = 160, kBytesAFine = 16;
+constexpr double kBytesACoarse = 72, kBytesAFine = 16;
 
 std::array<float, 4> as_floats(Rgb c) {
   return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b), 0};
@@ -42,7 +42,8 @@ void Transport::see(const Scene& scene, const SurfaceBuffer& buffer) {
   // Of coarse samples hardly more than one of a site's four is ever reached.
   const auto links = static_cast<double>(blend_->samples().size()) +
                      static_cast<double>(coarse_->sites().size()) / 2;
-  const double left = options_.memory - bytes() + from_fine_->bytes() + from_coarse_->bytes();
+  const double left =
+      options_.memory - bytes() + from_fine_->link_bytes() + from_coarse_->link_bytes();
   links_ = options_.links;
   while (4 * links * links_ > left && links_ > kLeastLinks) links_ /= 2;
   bounces_ = -1;  // needs are to be found anew

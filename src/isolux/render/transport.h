@@ -59,10 +59,10 @@ class Transport {
 
   /// Links of a fine sample: fewer than asked for where memory does not reach.
   int links() const { return links_; }
-  /// Of memory: 88 for each site (a place with samples), 184 for each coarse and 40 for each fine
-  /// sample, four a site; 4 for each link; 36 for each pair of a block of 16 pixels and a sample
-  /// that counts there. Blocks of samples are made larger where sites alone would take more than
-  /// the limit; then links are halved, down to 16.
+  /// Of memory: some 110 for each site (a place with samples) and its block, 96 for each coarse and
+  /// 40 for each fine sample, four a site; 4 for each link; 36 for each pair of a block of 16
+  /// pixels and a sample that counts there. Blocks of samples are made larger where sites alone
+  /// would take more than half the limit; then links are halved, down to 16.
   double bytes() const;
 
  private:

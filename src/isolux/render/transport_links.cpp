@@ -125,9 +125,13 @@ void TransportLinks::keep(std::span<const std::uint32_t> samples) {
 }
 
 double TransportLinks::bytes() const {
-  double sum = static_cast<double>(rows_.size() * sizeof(rows_[0]));
-  for (const auto& row : rows_) sum += static_cast<double>(row.capacity() * sizeof(row[0]));
-  return sum;
+  return static_cast<double>(rows_.size() * sizeof(rows_[0])) + link_bytes();
+}
+
+double TransportLinks::link_bytes() const {
+  std::size_t links = 0;
+  for (const auto& row : rows_) links += row.capacity();
+  return static_cast<double>(links * sizeof(std::uint32_t));
 }
 
 }  // namespace isolux

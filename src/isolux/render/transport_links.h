@@ -38,6 +38,8 @@ class TransportLinks {
   std::span<const std::uint32_t> of(std::uint32_t sample) const { return rows_[sample]; }
 
   double bytes() const;
+  /// Of that, what links take.
+  double link_bytes() const;
 
  private:
   void shoot_piece(std::span<const std::uint32_t> samples, std::size_t count);

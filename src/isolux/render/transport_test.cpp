@@ -209,7 +209,7 @@ TEST(Transport, it_agrees_with_the_path_tracer) {
 TEST(Transport, memory_bounds_its_samples_and_links) {
   const Scene scene = head_scene({kLampA});
   double last = Lit(scene, {.links = 512}).transport.bytes();
-  for (const double share : {0.7, 0.4, 0.2}) {
+  for (const double share : {0.7, 0.5, 0.35}) {
     const double limit = share * last;
     const Lit bound(scene, {.links = 512, .memory = limit});
     EXPECT_LE(bound.transport.bytes(), limit);
