@@ -145,6 +145,12 @@ class WrongCommands(Refusals):
                       ["--spp", "16"], ["--seed", "1"]):
             self.usage(*words, about=words[0])
 
+    def test_indirect_light_that_does_not_fit_its_memory_is_refused(self):
+        message = self.refused("render", "phantom:sphere", "--size", "32x32", "--indirect",
+                               "transport", "--indirect-memory", "20k", "-o", "old.png",
+                               status=WORK, about="--indirect-memory")
+        self.assertIn("take", message)
+
     def test_an_unknown_instruction_set_is_refused(self):
         self.usage("--isa", "neon", about="--isa")
 

@@ -344,7 +344,7 @@ class NoSilentSwitch(BlobCase):
         "spp": ({"indirect": "path", "spp": 4}, {"indirect": "path", "spp": 5}),
         "error": ({"indirect": "path", "error": 0.5}, {"indirect": "path", "error": 0.01}),
         "indirect-memory": ({"indirect": "transport"},
-                            {"indirect": "transport", "indirect-memory": "10k"}),
+                            {"indirect": "transport", "indirect-memory": "60k"}),
         "seed": ({"indirect": "path", "seed": 1}, {"indirect": "path", "seed": 2}),
         "camera.height": (
             {"camera": "eye=60:-50:40,target=8:7:6,projection=orthographic,height=20"},

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "isolux/base/error.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
 #include "isolux/render/path_tracer.h"
@@ -30,6 +31,12 @@ Indirect IndirectLight::find(const Scene& scene, const SceneSurfaces& surfaces,
     if (listener) listener("linking surfaces", transport_->done());
     return stop && stop();
   });
+  if (transport_->bytes() > scene.indirect_memory) {
+    const std::string bytes = bytes_text(transport_->bytes());
+    transport_.reset();
+    throw WorkError("--indirect-memory", "even the fewest samples and links take " + bytes,
+                    "allow more, or draw fewer pixels");
+  }
   transport_->light(scene);
   Indirect found;
   transport_->gather(buffer, found);

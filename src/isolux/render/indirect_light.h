@@ -19,6 +19,8 @@ class IndirectLight {
  public:
   /// Empty where the scene asks for none. `stop` is asked now and then while transport is missing
   /// links: whether to make do with those there are; none: never. Listeners may throw, to cancel.
+  /// @throws WorkError  where transport cannot do with the memory that the scene allows.
+  /// @throws WorkError  where transport cannot do with the memory that the scene allows.
   Indirect find(const Scene& scene, const SceneSurfaces& surfaces, const SurfaceBuffer& buffer,
                 const ProgressListener& listener = {}, const std::function<bool()>& stop = {});
 
