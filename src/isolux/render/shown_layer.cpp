@@ -113,9 +113,10 @@ ShownPicture depth(const Scene& scene, const SurfaceBuffer& buffer) {
 std::span<const std::pair<std::string_view, ShownLayer>> shown_layers() {
   using enum ShownLayer;
   static constexpr std::pair<std::string_view, ShownLayer> kLayers[] = {
-      {"picture", kPicture},   {"ambient", kAmbient}, {"diffuse", kDiffuse},
-      {"specular", kSpecular}, {"mirror", kMirror},   {"cos-theta", kCosTheta},
-      {"cos-phi", kCosPhi},    {"normal", kNormal},   {"depth", kDepth}};
+      {"picture", kPicture},    {"ambient", kAmbient}, {"diffuse", kDiffuse},
+      {"specular", kSpecular},  {"mirror", kMirror},   {"indirect", kIndirect},
+      {"cos-theta", kCosTheta}, {"cos-phi", kCosPhi},  {"normal", kNormal},
+      {"depth", kDepth}};
   return kLayers;
 }
 
@@ -139,6 +140,8 @@ ShownPicture show_layer(ShownLayer layer, const Scene& scene, std::size_t light,
       return {term(scene, session.radiance(scene).specular, session.surfaces(scene)), {}};
     case ShownLayer::kMirror:
       return {term(scene, session.radiance(scene).mirror, session.surfaces(scene)), {}};
+    case ShownLayer::kIndirect:
+      return {term(scene, session.radiance(scene).indirect, session.surfaces(scene)), {}};
     case ShownLayer::kCosTheta:
       return cosine(scene, session.surfaces(scene), lamp, &LightTerms::cos_theta);
     case ShownLayer::kCosPhi:

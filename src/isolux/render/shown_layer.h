@@ -22,6 +22,7 @@ enum class ShownLayer {
   kDiffuse,
   kSpecular,
   kMirror,
+  kIndirect,
   kCosTheta,
   kCosPhi,
   kNormal,

@@ -70,12 +70,12 @@ TEST(ShownLayer, every_layer_shows_the_background_where_nothing_is_met) {
   Session session;
   const Scene scene = sphere_scene({{{"kind", "point"}, {"at", {0, -60, 57}}}});
   const auto background = displayed(scene.display, scene.background);
-  for (const char* name :
-       {"picture", "ambient", "diffuse", "specular", "cos-theta", "cos-phi", "normal", "depth"}) {
+  for (const char* name : {"picture", "ambient", "diffuse", "specular", "indirect", "cos-theta",
+                           "cos-phi", "normal", "depth"}) {
     const ShownPicture shown = show_layer(*shown_layer_named(name), scene, 0, session);
     EXPECT_EQ(at(shown.picture, 0, 0)[0], background[0]) << name;
   }
-  EXPECT_FALSE(shown_layer_named("indirect"));
+  EXPECT_FALSE(shown_layer_named("sky"));
 }
 
 TEST(ShownLayer, the_terms_add_up_to_the_picture) {
