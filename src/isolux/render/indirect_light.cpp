@@ -25,8 +25,10 @@ Indirect IndirectLight::find(const Scene& scene, const SceneSurfaces& surfaces,
   if (!transport_ || memory_ != scene.indirect_memory) {
     transport_.emplace(scene, surfaces, TransportOptions{.memory = scene.indirect_memory});
     memory_ = scene.indirect_memory;
+    has_seen_ = false;
   }
-  transport_->see(scene, buffer);
+  if (!has_seen_) transport_->see(scene, buffer);
+  has_seen_ = true;
   is_complete_ = transport_->refine(scene.bounces, [&] {
     if (listener) listener("linking surfaces", transport_->done());
     return stop && stop();

@@ -31,10 +31,13 @@ class IndirectLight {
 
   /// To be called before surfaces change.
   void forget() { transport_.reset(); }
+  /// To be called when the buffer has changed since the last answer.
+  void forget_view() { has_seen_ = false; }
 
  private:
   std::optional<Transport> transport_;
   double memory_ = 0;
+  bool has_seen_ = false;  // the buffer
   bool is_complete_ = true;
   std::string told_;
 };

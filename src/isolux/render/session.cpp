@@ -77,6 +77,7 @@ void Session::trace(const Scene& scene, const ProgressListener& listener) {
     buffer_.emplace(width, height);
   }
   traced_.reset();  // the listener may throw, and leave the buffer half written
+  indirect_light_.forget_view();
   caster_->cast(*scene.camera, *buffer_, listener);
   traced_ = scene;
   shadowed_.reset();
