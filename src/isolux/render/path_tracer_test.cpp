@@ -40,17 +40,6 @@ Traced traced(const Scene& scene) {
   return {std::move(buffer), std::move(indirect), std::move(radiance)};
 }
 
-template <typename Body>
-int each_hit(const SurfaceBuffer& buffer, const Body& body) {
-  int hits = 0;
-  for (std::size_t place = 0; place < buffer.pixels(); ++place) {
-    if (!buffer.is_hit(place)) continue;
-    ++hits;
-    body(place);
-  }
-  return hits;
-}
-
 json surface(json fields) {
   fields["ks"] = {0, 0, 0};
   return fields;

@@ -51,7 +51,8 @@ class RayCaster::Eye {
   bool may_meet(int x0, int y0) const {
     return std::ranges::any_of(views_, [&](const auto& view) {
       const auto* iso = std::get_if<IsoView>(&view);
-      return !iso || iso->blocks(x0, y0, width_) != 0;
+      return iso ? iso->blocks(x0, y0, width_) != 0
+                 : !std::get<SeenMesh>(view).view.is_empty_at(x0, y0);
     });
   }
 

@@ -29,15 +29,14 @@ bool same_places(const Scene& a, const Scene& b) {
   });
 }
 
-// How indirect light is asked for.
-bool same_paths(const Scene& a, const Scene& b) {
+bool same_request(const IndirectDescription& a, const IndirectDescription& b) {
   return a.indirect == b.indirect && a.bounces == b.bounces && a.spp == b.spp &&
          a.indirect_error == b.indirect_error && a.seed == b.seed &&
          a.indirect_memory == b.indirect_memory;
 }
 
 bool same_light(const Scene& a, const Scene& b) {
-  return a.lights == b.lights && a.shadows == b.shadows && same_paths(a, b) &&
+  return a.lights == b.lights && a.shadows == b.shadows && same_request(a, b) &&
          a.has_default_ambient == b.has_default_ambient && a.ambient == b.ambient &&
          a.background == b.background &&
          std::ranges::equal(a.surfaces, b.surfaces, [](const auto& one, const auto& other) {

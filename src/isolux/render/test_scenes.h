@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "isolux/render/surface_buffer.h"
 #include "isolux/scene/document.h"
 #include "isolux/scene/scene.h"
 
@@ -43,6 +44,18 @@ inline Mesh square(double z, double half, bool down) {
   m.materials.push_back({"", Material{{1, 1, 1}, {0.5, 0.5, 0.5}, {}, 1}, nullptr});
   m.parts.push_back({0, 2, 0});
   return m;
+}
+
+/// Calls body(place) for every pixel that shows a surface; how many there are.
+template <typename Body>
+int each_hit(const SurfaceBuffer& buffer, const Body& body) {
+  int hits = 0;
+  for (std::size_t place = 0; place < buffer.pixels(); ++place) {
+    if (!buffer.is_hit(place)) continue;
+    ++hits;
+    body(place);
+  }
+  return hits;
 }
 
 }  // namespace isolux

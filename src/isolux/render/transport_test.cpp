@@ -42,17 +42,6 @@ struct Lit {
   }
 };
 
-template <typename Body>
-int each_hit(const SurfaceBuffer& buffer, const Body& body) {
-  int hits = 0;
-  for (std::size_t place = 0; place < buffer.pixels(); ++place) {
-    if (!buffer.is_hit(place)) continue;
-    ++hits;
-    body(place);
-  }
-  return hits;
-}
-
 json settings_of(const json& surface, const std::vector<json>& lamps, int bounces) {
   return {{"surface", json::array({surface})},
           {"light", lamps},

@@ -65,8 +65,24 @@ struct GridDescription {
   std::optional<double> crease_deg;   ///< of a mesh without normals: sharper edges stay edges
 };
 
+/// How light that surfaces send to each other is asked for.
+struct IndirectDescription {
+  IndirectMethod indirect = IndirectMethod::kOff;
+  int bounces = 2;
+  int spp = 64;                               ///< samples a pixel; with an error: at most
+  std::optional<double> indirect_error = {};  ///< relative standard error to stop at
+  std::uint64_t seed = 0;
+  double indirect_memory = 1e9;  ///< bytes that cached transport may take
+};
+
+/// What rays from surfaces are asked for.
+struct SecondaryRays : IndirectDescription {
+  bool shadows = false;
+  int mirror_depth = 4;  ///< reflections of reflections that are followed
+};
+
 /// All that a scene document says, typed and checked for sense, with nothing loaded.
-struct SceneDescription {
+struct SceneDescription : SecondaryRays {
   std::vector<std::string> inputs;
   GridDescription grid;
   int width = 0;
@@ -76,14 +92,6 @@ struct SceneDescription {
   std::optional<Rgb> ambient;
   CameraDescription camera;
   Visibility visibility = Visibility::kRaycast;
-  bool shadows = false;
-  int mirror_depth = 4;  ///< reflections of reflections that are followed
-  IndirectMethod indirect = IndirectMethod::kOff;
-  int bounces = 2;
-  int spp = 64;                               ///< indirect samples a pixel; with an error: at most
-  std::optional<double> indirect_error = {};  ///< relative standard error to stop at
-  std::uint64_t seed = 0;
-  double indirect_memory = 1e9;  ///< bytes that cached transport may take
   Display display;
   Rgb background;
 };

@@ -157,14 +157,7 @@ BoundingSphere bounding_sphere(const Inputs& inputs) {
 Scene resolve(const SceneDescription& description, const Inputs& inputs) {
   Scene scene;
   scene.visibility = description.visibility;
-  scene.shadows = description.shadows;
-  scene.mirror_depth = description.mirror_depth;
-  scene.indirect = description.indirect;
-  scene.bounces = description.bounces;
-  scene.spp = description.spp;
-  scene.indirect_error = description.indirect_error;
-  scene.seed = description.seed;
-  scene.indirect_memory = description.indirect_memory;
+  static_cast<SecondaryRays&>(scene) = description;
   scene.camera.emplace(description.camera, description.width, description.height,
                        bounding_sphere(inputs));
   scene.surfaces = resolve_surfaces(description, inputs);

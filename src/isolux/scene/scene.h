@@ -37,7 +37,7 @@ struct SurfaceItem {
 Material material_at(const SurfaceItem& item, const MeshPoint& point);
 
 /// What is to be drawn, all in world space: plain data, with the volumes it needs.
-struct Scene {
+struct Scene : SecondaryRays {
   std::vector<SurfaceItem> surfaces;
   std::vector<Light> lights;
   bool has_default_light = false;    ///< the headlight that shines when no light was asked for
@@ -45,14 +45,6 @@ struct Scene {
   bool has_default_ambient = false;  ///< Ia is the sum of the lights' intensities
   std::optional<Camera> camera;      ///< always there once resolved
   Visibility visibility = Visibility::kRaycast;
-  bool shadows = false;
-  int mirror_depth = 4;  ///< reflections of reflections that are followed
-  IndirectMethod indirect = IndirectMethod::kOff;
-  int bounces = 2;
-  int spp = 64;                               ///< indirect samples a pixel; with an error: at most
-  std::optional<double> indirect_error = {};  ///< relative standard error to stop at
-  std::uint64_t seed = 0;
-  double indirect_memory = 1e9;  ///< bytes that cached transport may take
   Display display;
   Rgb background;
 };
