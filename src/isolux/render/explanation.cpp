@@ -74,6 +74,8 @@ Explanation explain(const Scene& scene, int x, int y) {
     IndirectLight light;
     indirect = light.find(scene, caster.surfaces(), buffer);
     e.by_bounce = by_bounce(scene, caster.surfaces(), buffer, place, light);
+    if (!e.by_bounce.empty())
+      e.first_bounce = first_bounce(scene, caster.surfaces(), buffer, place);
   }
   e.x = x;
   e.y = y;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "isolux/render/first_bounce.h"
 #include "isolux/render/lighting.h"
 #include "isolux/scene/scene.h"
 
@@ -28,6 +29,7 @@ struct Explanation {
   bool turned = false;  ///< whether the nearest layer's normal was turned round to face the eye
   std::vector<ExplainedLayer> layers;  ///< none: nothing is met
   std::vector<Rgb> by_bounce;          ///< of the nearest layer: the part of each bounce in E
+  FirstBounce first_bounce;            ///< to the nearest layer
   Rgb mirror;                          ///< what mirrors show, weighted
   Rgb background;                      ///< what is seen of it directly, weighted
   Rgb total;

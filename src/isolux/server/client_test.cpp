@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <condition_variable>
+#include <functional>
+#include <future>
 #include <vector>
 
 #include "isolux/volume/phantom.h"
@@ -31,6 +33,10 @@ class Page final : public Outlet {
     std::unique_lock lock(mutex_);
     arrived_.wait_for(lock, std::chrono::seconds(20), [&] { return messages_.size() >= count; });
     return messages_;
+  }
+  json message(std::size_t n) {
+    const std::lock_guard lock(mutex_);
+    return messages_.at(n);
   }
   std::size_t count() {
     const std::lock_guard lock(mutex_);
@@ -139,6 +145,53 @@ TEST_F(ClientTest, a_flood_of_questions_is_bounded) {
   gate.unlock();
   EXPECT_EQ(page_->wait_for(8).back()["id"], 1000);
   EXPECT_EQ(page_->count(), 8u);
+}
+
+// Messages of all pages are delivered by a piece of work that takes its turns like any other, so
+// what happens does not hang on time.
+TEST_F(ClientTest, of_eight_pages_each_has_its_turn_whatever_one_of_them_asks_for) {
+  constexpr int kRounds = 20;
+  struct Visit {
+    std::shared_ptr<Page> page;
+    std::shared_ptr<Client> client;
+    std::size_t read = 0;
+  };
+  std::vector<Visit> visits;
+  for (int n = 0; n < 8; ++n) {
+    const auto page = std::make_shared<Page>();
+    visits.push_back({page, std::make_shared<Client>(inputs_, queue_, page)});
+  }
+  int id = 0, round = 0;
+  const auto speak = [&](Visit& visit, bool is_greedy) {
+    client_ = visit.client;
+    for (; visit.read < visit.page->count(); ++visit.read) {
+      const json said = visit.page->message(visit.read);
+      if (said["type"] == "frame") acknowledge(said["id"]);
+    }
+    ask_for_view(++id, scene(is_greedy ? 96 : 16), false);
+    for (int n = 0; is_greedy && n < 4; ++n) {
+      ask_for_view(++id, scene(96), false);
+      client_->receive(
+          json{{"type", "explain"}, {"id", ++id}, {"scene", scene(96)}, {"pixel", {8, 8}}}.dump());
+    }
+  };
+  std::promise<void> over;
+  std::function<void()> deliver = [&] {
+    for (Visit& visit : visits) speak(visit, &visit == &visits[0]);
+    if (++round < kRounds) {
+      queue_.add(deliver);
+    } else {
+      over.set_value();
+    }
+  };
+  queue_.add(deliver);
+  over.get_future().wait();
+  queue_.finish();
+  for (Visit& visit : visits) {
+    // One more may have been under way.
+    EXPECT_GE(visit.page->count(), std::size_t{kRounds - 1});
+    EXPECT_LE(visit.page->count(), std::size_t{kRounds});
+  }
 }
 
 TEST_F(ClientTest, a_question_is_answered_with_what_the_program_says_elsewhere) {
