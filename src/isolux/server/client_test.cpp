@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <future>
@@ -175,23 +176,40 @@ TEST_F(ClientTest, of_eight_pages_each_has_its_turn_whatever_one_of_them_asks_fo
           json{{"type", "explain"}, {"id", ++id}, {"scene", scene(96)}, {"pixel", {8, 8}}}.dump());
     }
   };
-  std::promise<void> over;
+  std::promise<std::vector<std::size_t>> over;
   std::function<void()> deliver = [&] {
-    for (Visit& visit : visits) speak(visit, &visit == &visits[0]);
-    if (++round < kRounds) {
-      queue_.add(deliver);
-    } else {
-      over.set_value();
+    if (round++ == kRounds) {
+      std::vector<std::size_t> answers;
+      for (Visit& visit : visits) answers.push_back(visit.page->count());
+      return over.set_value(answers);
     }
+    for (Visit& visit : visits) speak(visit, &visit == &visits[0]);
+    queue_.add(deliver);
   };
   queue_.add(deliver);
-  over.get_future().wait();
+  EXPECT_EQ(over.get_future().get(), std::vector<std::size_t>(visits.size(), kRounds));
   queue_.finish();
-  for (Visit& visit : visits) {
-    // One more may have been under way.
-    EXPECT_GE(visit.page->count(), std::size_t{kRounds - 1});
-    EXPECT_LE(visit.page->count(), std::size_t{kRounds});
+}
+
+TEST_F(ClientTest, a_picture_that_takes_long_holds_up_no_other_page) {
+  // Seconds of paths, on the only place for a picture; nobody waits for them at the end.
+  WorkQueue queue(1, 1);
+  const auto slow_page = std::make_shared<Page>(), quick_page = std::make_shared<Page>();
+  const auto slow = std::make_shared<Client>(inputs_, queue, slow_page);
+  const auto quick = std::make_shared<Client>(inputs_, queue, quick_page);
+  json paths = scene(160);
+  paths["indirect"] = "path";
+  paths["spp"] = 4000;
+  client_ = slow;
+  ask_for_view(1, paths);
+  client_ = quick;
+  ask_for_view(2, scene());
+  EXPECT_EQ(quick_page->wait_for(1)[0]["type"], "frame");
+  for (std::size_t n = 0; n < slow_page->count(); ++n) {
+    EXPECT_EQ(slow_page->message(n)["type"], "progress");
   }
+  slow->leave();
+  queue.finish();
 }
 
 TEST_F(ClientTest, a_question_is_answered_with_what_the_program_says_elsewhere) {
@@ -215,6 +233,31 @@ TEST_F(ClientTest, who_has_left_is_sent_nothing_more) {
   gate.unlock();
   queue_.finish();
   EXPECT_EQ(page_->count(), 0u);
+}
+
+TEST(WorkQueue, a_piece_that_steps_aside_lets_one_other_be_done_in_its_place_and_no_more) {
+  WorkQueue queue(1, 2);
+  std::promise<void> second_began, end;
+  std::atomic<bool> third_began = false;
+  const std::shared_future<void> ended = end.get_future().share();
+  queue.add([&] {
+    WorkQueue::Place place(queue);
+    place.step_aside();
+    place.step_aside();
+    ended.wait();
+  });
+  queue.add([&] {
+    second_began.set_value();
+    ended.wait();
+  });
+  queue.add([&] { third_began = true; });
+  EXPECT_EQ(second_began.get_future().wait_for(std::chrono::seconds(20)),
+            std::future_status::ready);
+  EXPECT_EQ(queue.waiting(), 1u);
+  EXPECT_FALSE(third_began);
+  end.set_value();
+  while (!third_began) std::this_thread::yield();
+  queue.finish();
 }
 
 TEST(WorkQueue, who_adds_the_next_piece_when_the_last_is_done_takes_turns) {
