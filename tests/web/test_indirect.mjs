@@ -99,6 +99,8 @@ check('paths tell how far they are and stop when told to', async (page) => {
   assert.match(await page.locator('.refining').innerText(), /following light \d+ %/);
   await page.getByRole('button', { name: 'Stop' }).click();
   await page.getByText('coarse: refining was stopped').waitFor();
+  await page.getByRole('button', { name: 'Go on' }).click();
+  await page.locator('.refining progress').waitFor();
   await page.locator('.picture').press('i'); // off: what comes next is drawn as ever
   await settled(page);
 });

@@ -110,7 +110,7 @@ function send(settled: boolean, since: number): void {
 }
 
 /** Asks for the picture of what the state is now: soon, and when it stays so, exactly. */
-function wish(): void {
+export function wish(): void {
   const shown = frame.peek();
   if (shown?.settled) frame.value = { ...shown, settled: false }; // it is of what was before
   clearTimeout(settling);

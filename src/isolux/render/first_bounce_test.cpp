@@ -56,12 +56,14 @@ TEST(FirstBounce, the_brighter_of_two_patches_is_named_first_with_its_place_and_
 }
 
 TEST(FirstBounce, what_is_seen_through_a_veil_counts_by_what_the_veil_leaves) {
-  // A black sheet of opacity 0.75 half way to the right patch leaves 0.25 of it, beside 0.2.
+  // A black sheet of opacity 0.75 half way to the right patch leaves 0.25 of it, beside the left
+  // one's 0.4, of which its own opacity of 0.5 leaves 0.2.
   json veil = item(4, 0);
   veil["opacity"] = 0.75;
-  const FirstBounce first =
-      at_the_middle({kFloor, kLeft, kRight, plain(square(20, 8, true), 10)},
-                    {{"surface", {item(1, 0.8), item(2, 0.2), item(3, 1), veil}}});
+  json left = item(2, 0.4);
+  left["opacity"] = 0.5;
+  const FirstBounce first = at_the_middle({kFloor, kLeft, kRight, plain(square(20, 8, true), 10)},
+                                          {{"surface", {item(1, 0.8), left, item(3, 1), veil}}});
   ASSERT_GE(first.senders.size(), 2u);
   EXPECT_EQ(first.senders[0].surface, 2);
   EXPECT_NEAR(first.senders[0].share, 0.25 / 0.45, 0.05);

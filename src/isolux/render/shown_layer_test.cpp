@@ -95,8 +95,9 @@ TEST(ShownLayer, direct_is_the_picture_without_ambient_and_indirect_light) {
     EXPECT_NE(before, wanted.rgb);
     // Side by side, neither makes the other be found again.
     EXPECT_EQ(session.picture(scene).rgb, before);
+    session.radiance(scene);
     EXPECT_EQ(session.counters().indirect, method == std::string("path") ? 1 : 0);
-    EXPECT_EQ(session.counters().lighting, 2);
+    EXPECT_EQ(session.counters().lighting, 3);
   }
 }
 

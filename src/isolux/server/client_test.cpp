@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <functional>
@@ -235,28 +236,28 @@ TEST_F(ClientTest, who_has_left_is_sent_nothing_more) {
   EXPECT_EQ(page_->count(), 0u);
 }
 
-TEST(WorkQueue, a_piece_that_steps_aside_lets_one_other_be_done_in_its_place_and_no_more) {
+TEST(WorkQueue, beside_a_piece_that_has_stepped_aside_one_other_is_done_at_a_time) {
   WorkQueue queue(1, 2);
-  std::promise<void> second_began, end;
-  std::atomic<bool> third_began = false;
-  const std::shared_future<void> ended = end.get_future().share();
+  std::promise<void> end, all_done;
   queue.add([&] {
     WorkQueue::Place place(queue);
     place.step_aside();
     place.step_aside();
-    ended.wait();
+    end.get_future().wait_for(std::chrono::seconds(20));
   });
-  queue.add([&] {
-    second_began.set_value();
-    ended.wait();
-  });
-  queue.add([&] { third_began = true; });
-  EXPECT_EQ(second_began.get_future().wait_for(std::chrono::seconds(20)),
-            std::future_status::ready);
-  EXPECT_EQ(queue.waiting(), 1u);
-  EXPECT_FALSE(third_began);
+  constexpr int kPieces = 100;
+  std::atomic<int> under_way = 0, most = 0, done = 0;
+  for (int n = 0; n < kPieces; ++n) {
+    queue.add([&] {
+      most = std::max<int>(most, ++under_way);
+      for (int k = 0; k < 100; ++k) std::this_thread::yield();
+      --under_way;
+      if (++done == kPieces) all_done.set_value();
+    });
+  }
+  EXPECT_EQ(all_done.get_future().wait_for(std::chrono::seconds(10)), std::future_status::ready);
+  EXPECT_EQ(most, 1);
   end.set_value();
-  while (!third_began) std::this_thread::yield();
   queue.finish();
 }
 
