@@ -13,8 +13,9 @@ namespace isolux {
 
 /// Which cells can hold the isosurface of one value, and how far it is from anywhere else: what
 /// lets a ray leap over empty space. Cells are taken in blocks of 4^3; each block has one bit a
-/// cell and, for each octant of directions, how far the way is free. Around the volume lies a border of empty blocks, so that a ray that
-/// rounding carries out of the volume finds nothing there.
+/// cell and, for each octant of directions, how far the way is free. Around the volume lies a
+/// border of empty blocks, so that a ray that rounding carries out of the volume finds nothing
+/// there.
 class SkipGrid {
  public:
   static constexpr int kBlockCells = 4;     ///< along a block's edge
