@@ -19,8 +19,10 @@ Indirect IndirectLight::find(const Scene& scene, const SceneSurfaces& surfaces,
   if (scene.indirect == IndirectMethod::kPath) {
     PathTracer tracer(scene, surfaces);
     tracer.run(buffer, listener);
-    told_ = std::to_string(tracer.samples()) + " samples a pixel, error " +
-            to_text(std::round(1e4 * tracer.relative_error()) / 100) + " % or less";
+    told_ = std::to_string(tracer.samples()) + " samples a pixel";
+    if (tracer.samples() > 1) {  // one cannot tell
+      told_ += ", error " + to_text(std::round(1e4 * tracer.relative_error()) / 100) + " % or less";
+    }
     Indirect found = tracer.indirect(buffer);
     if (scene.denoise) {
       denoiser_.denoise(*scene.camera, buffer, tracer.variances(), found.pixels);
