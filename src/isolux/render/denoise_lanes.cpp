@@ -37,9 +37,9 @@ HWY_INLINE Vector direction(const Rays& rays, int x, int y) {
               all(static_cast<float>(y)));
 }
 
-// How far points lie from a pixel's tangent plane, in widths of a pixel there. A tap's plane
-// through the eye, or with parallel rays its depth, moves evenly from pixel to pixel, so that takes
-// its depth alone.
+// How far taps lie from a pixel's tangent plane, in widths of a pixel there: n . (q - p). As q is a
+// depth times a direction (with parallel rays: an origin and a depth) that is linear in the pixel,
+// so is the rest, and of a tap its depth alone is read.
 struct TangentPlane {
   VF own, across, along_x, along_y;
   bool is_orthographic;

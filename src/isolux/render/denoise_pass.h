@@ -11,8 +11,8 @@
 
 namespace isolux::denoising {
 
-/// Where a smoothed level is taken from, in steps from a pixel: the B3 spline's middle, in which
-/// what is left out of 5 x 5 would weigh 14 %.
+/// What a level is smoothed by, in steps from a pixel: the middle of the B3 spline's 5 x 5. What is
+/// left out would weigh 14 %.
 struct Tap {
   int dx, dy;
   float weight;
