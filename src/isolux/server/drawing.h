@@ -48,7 +48,7 @@ class Drawing {
   int reduction_ = 1;                 ///< how many pixels along each side became one
   double trace_ms_per_pixel_ = 3e-4;  ///< a first guess, so that the first frame comes soon
   double shadow_ms_per_pixel_ = 0;    ///< with the lighting
-  double path_ms_per_pixel_ = 1e-3;   ///< one path each, denoised
+  double path_ms_per_pixel_ = 1e-4;   ///< one path each, denoised; a guess as well
   double sent_bytes_per_pixel_ = 0;
 };
 
