@@ -47,6 +47,11 @@ EFFECTS = {
         "light": "point,at=30:-60:20", "ambient": "0.1:0.2:0.3", "shadows": "on",
         "indirect": "path", "bounces": 3, "spp": 8,
         "camera": "eye=60:-50:40,target=8:7:6,fov=20"}),
+    "denoised indirect light": (["blob.nrrd"], {
+        "size": "48x64", "surface": ["iso=300,kd=0.5:0.6:0.7", "iso=0,opacity=0.5"],
+        "light": "point,at=30:-60:20", "ambient": "0.1:0.2:0.3", "shadows": "on",
+        "indirect": "path", "bounces": 3, "spp": 2, "denoise": "on",
+        "camera": "eye=60:-50:40,target=8:7:6,fov=20"}),
 }
 # Printed without numbers to work out.
 GIVEN = {"V", "E", "E1", "E2", "E3", "background as far as it is seen",

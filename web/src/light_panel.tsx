@@ -50,7 +50,7 @@ function Ambient({ now }: { now: Scene }) {
 /** Options of indirect light that have no meaning beside a method of it. */
 export function besideIndirect(method: unknown): string[] {
   if (method === 'path') return ['indirect-memory'];
-  const ofPaths = ['spp', 'error', 'seed'];
+  const ofPaths = ['spp', 'error', 'seed', 'denoise'];
   return method === 'off' ? ['bounces', 'indirect-memory', ...ofPaths] : ofPaths;
 }
 

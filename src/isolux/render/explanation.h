@@ -40,7 +40,7 @@ struct Explanation {
 };
 
 /// Follows the eye ray of pixel (x, y), which must lie in the camera's picture, and lights what it
-/// meets, as `render` does.
+/// meets, as `render` does. With denoised indirect light all pixels are drawn for it.
 Explanation explain(const Scene& scene, int x, int y);
 
 }  // namespace isolux

@@ -31,7 +31,7 @@ bool same_places(const Scene& a, const Scene& b) {
 
 bool same_request(const IndirectDescription& a, const IndirectDescription& b) {
   return a.indirect == b.indirect && a.bounces == b.bounces && a.spp == b.spp &&
-         a.indirect_error == b.indirect_error && a.seed == b.seed &&
+         a.indirect_error == b.indirect_error && a.seed == b.seed && a.denoise == b.denoise &&
          a.indirect_memory == b.indirect_memory;
 }
 
