@@ -14,10 +14,11 @@ const effects = {
 const sorted = (list) => [...list].sort((a, b) => a - b);
 const quantile = (list, share) => sorted(list)[Math.floor(share * (list.length - 1))] ?? NaN;
 
-/** What the server says that frames took while the lamp moves, at 1024 x 1024, in ms. */
+/** What the server says that frames took while the lamp moves, in ms: of 1024 x 1024 pixels, or of
+ * as many as it found time for. */
 async function serverTimes(viewer, effect) {
   const page = await openSocket(viewer);
-  const times = { light: [], encode: [] };
+  const times = { light: [], encode: [], size: [] };
   for (let id = 1; id <= 45; ++id) {
     const lamp = { kind: 'point', at: [-200 + 5 * id, -400, 200] };
     const scene = { ...page.hello.scene, size: [1024, 1024], ...effect, light: [lamp] };
@@ -28,6 +29,7 @@ async function serverTimes(viewer, effect) {
     if (id <= 5) continue; // made ready, links shot
     times.light.push(frame.ms.light);
     times.encode.push(frame.ms.encode);
+    times.size = frame.size;
   }
   page.close();
   return times;
@@ -69,10 +71,10 @@ const viewer = await startViewer(input);
 await openBrowser();
 console.log(`${input}, load average ${loadavg()[0].toFixed(2)}; ms`);
 for (const [name, effect] of Object.entries(effects)) {
-  const { light, encode } = await serverTimes(viewer, effect);
+  const { light, encode, size: asked } = await serverTimes(viewer, effect);
   const { painted, seconds, size } = await browserTimes(viewer, effect);
   const text = (list, share) => quantile(list, share).toFixed(1);
-  console.log(`${name}: server at 1024x1024: lighting ${text(light, 0.5)}, encoding ` +
+  console.log(`${name}: server at ${asked.join('x')}: lighting ${text(light, 0.5)}, encoding ` +
     `${text(encode, 0.5)}; event to painted frame (${size}): p50 ${text(painted, 0.5)}, ` +
     `p95 ${text(painted, 0.95)}, ${(painted.length / seconds).toFixed(0)} frames a second`);
 }
