@@ -289,46 +289,75 @@ PixelBlend::PixelBlend(const Scene& scene, const SceneSurfaces& surfaces,
   }
 }
 
-void PixelBlend::pixels(const SampleLight* of_samples,
+namespace {
+
+constexpr std::size_t kChannels = 4;
+
+// Adds the parts of a light that belong to a normal. Light is not negative, and the sky not more
+// than all there is.
+SampleLight turned_to(Vec3f normal, const SlopedLight& light) {
+  SampleLight sum;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    sum[c] = std::max(0.0f, light.mean[c] + normal.x * light.slope[0][c] +
+                                normal.y * light.slope[1][c] + normal.z * light.slope[2][c]);
+  }
+  sum[kChannels - 1] = std::min(1.0f, sum[kChannels - 1]);
+  return sum;
+}
+
+void add(SlopedLight& sum, float weight, const SlopedLight& light) {
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    sum.mean[c] += weight * light.mean[c];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sum.slope[axis][c] += weight * light.slope[axis][c];
+    }
+  }
+}
+
+}  // namespace
+
+void PixelBlend::pixels(const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer,
                         std::vector<float>* const (&channels)[4]) const {
   parallel_for(pieces_.size(), 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t n = first; n < last; ++n) {
       const Piece& piece = pieces_[n];
       std::size_t share = 0;
       for (std::size_t block = 0; block < piece.ends.size(); ++block) {
-        float sums[4][kBlock] = {};
+        std::array<SlopedLight, kBlock> sums{};
         for (; share < piece.ends[block]; ++share) {
           const Share& of = piece.shares[share];
-          const SampleLight& light = of_samples[of.sample];
           for (std::size_t pixel = 0; pixel < kBlock; ++pixel) {
-            const auto weight = static_cast<float>(of.weight[pixel]);
-            for (std::size_t c = 0; c < 4; ++c) sums[c][pixel] += weight * light[c];
+            add(sums[pixel], static_cast<float>(of.weight[pixel]) * (1.0f / kWhole),
+                of_samples[of.sample]);
           }
         }
         const std::size_t place = (kTilesAPiece * 4 * n + block) * kBlock;
-        for (std::size_t c = 0; c < 4; ++c) {
-          float* const to = channels[c]->data() + place;
-          for (std::size_t pixel = 0; pixel < kBlock; ++pixel) {
-            to[pixel] = sums[c][pixel] * (1.0f / kWhole);
-          }
+        for (std::size_t pixel = 0; pixel < kBlock; ++pixel) {
+          const std::size_t at = place + pixel;
+          const SampleLight light = turned_to(
+              {buffer.normal_x[at], buffer.normal_y[at], buffer.normal_z[at]}, sums[pixel]);
+          for (std::size_t c = 0; c < kChannels; ++c) (*channels[c])[at] = light[c];
         }
       }
     }
   });
 }
 
-std::vector<std::vector<SampleLight>> PixelBlend::further(const SampleLight* of_samples) const {
+std::vector<std::vector<SampleLight>> PixelBlend::further(
+    const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer) const {
   std::vector<std::vector<SampleLight>> tiles;
   for (const Piece& piece : pieces_) {
     std::size_t point = 0, share = 0;
     for (const std::uint32_t tile_end : piece.tile_ends) {
+      const FurtherPoints& points = buffer.further[tiles.size()];
       std::vector<SampleLight>& tile = tiles.emplace_back();
       for (; point < tile_end; ++point) {
-        SampleLight& sum = tile.emplace_back();
+        SlopedLight sum{};
         for (; share < piece.point_ends[point]; ++share) {
-          const Point& of = piece.points[share];
-          for (std::size_t c = 0; c < 4; ++c) sum[c] += of.weight * of_samples[of.sample][c];
+          add(sum, piece.points[share].weight, of_samples[piece.points[share].sample]);
         }
+        const auto& [x, y, z] = points[tile.size()].normal;
+        tile.push_back(turned_to({x, y, z}, sum));
       }
     }
   }

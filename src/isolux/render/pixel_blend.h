@@ -13,6 +13,13 @@ namespace isolux {
 /// Four numbers of a sample: irradiance per channel and the share of open sky.
 using SampleLight = std::array<float, 4>;
 
+/// The light at a sample, and what it gains towards points whose normals are a little different:
+/// at a point with normal n it is mean + n.x slope[0] + n.y slope[1] + n.z slope[2].
+struct SlopedLight {
+  SampleLight mean;
+  std::array<SampleLight, 3> slope;
+};
+
 /// How the light at the points of a SurfaceBuffer is made of that at samples: a weighted mean over
 /// those that lie near, on the same side, with a like normal and near the point's tangent plane.
 /// Weights fall to zero smoothly, so nothing is seen of the samples' blocks.
@@ -28,10 +35,12 @@ class PixelBlend {
   /// Numbers of all samples that have a weight, in order.
   const std::vector<std::uint32_t>& samples() const { return samples_; }
 
-  /// Calls write(place, light) for each pixel that shows a surface: each pixel once.
-  void pixels(const SampleLight* of_samples, std::vector<float>* const (&channels)[4]) const;
+  /// The light at the pixels of the buffer, into arrays of its length; 0 where nothing is met.
+  void pixels(const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer,
+              std::vector<float>* const (&channels)[4]) const;
   /// The light at each further point of each tile; 0 for the background.
-  std::vector<std::vector<SampleLight>> further(const SampleLight* of_samples) const;
+  std::vector<std::vector<SampleLight>> further(const std::vector<SlopedLight>& of_samples,
+                                                const SurfaceBuffer& buffer) const;
 
   double bytes() const;
 

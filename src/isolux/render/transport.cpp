@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "isolux/base/parallel.h"
+#include "isolux/render/cosine_direction.h"
 #include "isolux/render/shadows.h"
 
 namespace isolux {
@@ -14,7 +15,7 @@ constexpr int kFirstLinks = 8, kLeastLinks = 16;
 constexpr std::size_t kSamplesAtOnce = 1024;
 constexpr std::size_t kPieceToLight = 256;
 
-constexpr double kBytesACoarse = 72, kBytesAFine = 16;
+constexpr double kBytesACoarse = 72, kBytesAFine = sizeof(SlopedLight);
 
 std::array<float, 4> as_floats(Rgb c) {
   return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b), 0};
@@ -28,24 +29,31 @@ Transport::Transport(const Scene& scene, const SceneSurfaces& surfaces, Transpor
   for (const auto& [fine, coarse] : kEdges) {
     fine_ = std::make_unique<SurfaceSamples>(surfaces, fine);
     coarse_ = std::make_unique<SurfaceSamples>(surfaces, coarse);
-    from_fine_ = std::make_unique<TransportLinks>(scene, surfaces, *fine_, *coarse_);
-    from_coarse_ = std::make_unique<TransportLinks>(scene, surfaces, *coarse_, *coarse_);
+    from_fine_ = std::make_unique<TransportLinks>(scene, surfaces, *fine_, *coarse_, links_);
+    from_coarse_ =
+        std::make_unique<TransportLinks>(scene, surfaces, *coarse_, *coarse_, coarse_links());
     if (bytes() <= options.memory / 2) break;
   }
 }
 
-int Transport::coarse_links() const { return std::max(links_ / 2, kFirstLinks); }
+int Transport::coarse_links() const { return std::max(links_ / 16, kFirstLinks); }
 
 void Transport::see(const Scene& scene, const SurfaceBuffer& buffer) {
   blend_.emplace(scene, surfaces_, *fine_, buffer);
-  if (bytes() > options_.memory) from_fine_->keep(blend_->samples());
-  // Of coarse samples hardly more than one of a site's four is ever reached.
-  const auto links = static_cast<double>(blend_->samples().size()) +
-                     static_cast<double>(coarse_->sites().size()) / 2;
+  // What links take where none meets the sky. Of coarse samples hardly more than one of a site's
+  // four is ever reached.
   const double left =
       options_.memory - bytes() + from_fine_->link_bytes() + from_coarse_->link_bytes();
+  const auto taken = [&] {
+    return static_cast<double>(sizeof(Link)) *
+           (links_ * static_cast<double>(blend_->samples().size()) +
+            coarse_links() * static_cast<double>(coarse_->sites().size()));
+  };
+  const int before = links_;
   links_ = options_.links;
-  while (4 * links * links_ > left && links_ > kLeastLinks) links_ /= 2;
+  while (taken() > left && links_ > kLeastLinks) links_ /= 2;
+  if (links_ < before) from_coarse_->keep({}, 0);
+  if (links_ < before || bytes() > options_.memory) from_fine_->keep(blend_->samples(), links_);
   bounces_ = -1;  // needs are to be found anew
 }
 
@@ -58,11 +66,8 @@ void Transport::need(std::uint32_t coarse, std::int8_t bounces) {
 }
 
 // What links lead to is needed with so many bounces.
-void Transport::follow(std::span<const std::uint32_t> links, std::size_t& followed,
-                       std::int8_t bounces) {
-  for (; followed < links.size(); ++followed) {
-    if (links[followed] < coarse_->size()) need(links[followed], bounces);
-  }
+void Transport::follow(const SampleLinks& row, std::uint16_t& followed, std::int8_t bounces) {
+  for (; followed < row.links.size(); ++followed) need(row.links[followed].to, bounces);
 }
 
 // Calls `shot` for each sample, when it has its links.
@@ -75,7 +80,7 @@ bool Transport::shoot(TransportLinks& links, const std::vector<std::uint32_t>& s
     const std::size_t end = std::min(samples.size(), begin + kSamplesAtOnce);
     lacking.clear();
     for (std::size_t n = begin; n < end; ++n) {
-      if (links.of(samples[n]).size() < wanted) lacking.push_back(samples[n]);
+      if (links.of(samples[n]).rays < count) lacking.push_back(samples[n]);
     }
     if (!lacking.empty()) {
       if (stop && stop()) return false;
@@ -98,18 +103,16 @@ bool Transport::refine(int bounces, const std::function<bool()>& stop) {
   if (bounces == 0) return true;
   for (int count = kFirstLinks; count <= links_; count *= 2) {
     const bool all_fine = shoot(*from_fine_, blend_->samples(), count, stop, [&](std::uint32_t n) {
-      std::size_t followed = fine_followed_[n];
-      follow(from_fine_->of(blend_->samples()[n]), followed, static_cast<std::int8_t>(bounces - 1));
-      fine_followed_[n] = static_cast<std::uint16_t>(followed);
+      follow(from_fine_->of(blend_->samples()[n]), fine_followed_[n],
+             static_cast<std::int8_t>(bounces - 1));
     });
     if (!all_fine) return false;
     for (int level = bounces - 1; level > 0; --level) {
       const std::vector<std::uint32_t> samples = needing_[static_cast<std::size_t>(level)];
       const bool all = shoot(
           *from_coarse_, samples, std::min(count, coarse_links()), stop, [&](std::uint32_t n) {
-            std::size_t followed = followed_[samples[n]];
-            follow(from_coarse_->of(samples[n]), followed, static_cast<std::int8_t>(level - 1));
-            followed_[samples[n]] = static_cast<std::uint16_t>(followed);
+            follow(from_coarse_->of(samples[n]), followed_[samples[n]],
+                   static_cast<std::int8_t>(level - 1));
           });
       if (!all) return false;
     }
@@ -119,16 +122,16 @@ bool Transport::refine(int bounces, const std::function<bool()>& stop) {
 
 double Transport::done() const {
   if (!blend_ || bounces_ <= 0) return bounces_ == 0 ? 1 : 0;
-  std::size_t there = 0, wanted = 0;
-  const auto count = [&](std::span<const std::uint32_t> links, int all) {
-    wanted += static_cast<std::size_t>(all);
-    there += std::min(links.size(), static_cast<std::size_t>(all));
+  double there = 0, wanted = 0;
+  const auto count = [&](const SampleLinks& row, int all) {
+    wanted += all;
+    there += std::min(row.rays, all);
   };
   for (const std::uint32_t sample : blend_->samples()) count(from_fine_->of(sample), links_);
   for (const std::uint32_t sample : sources_) {
     if (needs_[sample] > 0) count(from_coarse_->of(sample), coarse_links());
   }
-  return wanted == 0 ? 1 : static_cast<double>(there) / static_cast<double>(wanted);
+  return wanted == 0 ? 1 : there / wanted;
 }
 
 void Transport::light_directly(const Scene& scene) {
@@ -191,22 +194,47 @@ void Transport::set_albedo(const Scene& scene) {
   });
 }
 
-SampleLight Transport::mean_of(std::span<const std::uint32_t> links) const {
-  constexpr std::size_t kAtOnce = 4;  // sums that do not wait for each other
-  static_assert(kFirstLinks % kAtOnce == 0);
-  SampleLight sums[kAtOnce] = {};
-  for (std::size_t first = 0; first < links.size(); first += kAtOnce) {
-    for (std::size_t n = 0; n < kAtOnce; ++n) {
-      const SampleLight& from = sent_[links[first + n]];
-      for (std::size_t c = 0; c < 4; ++c) sums[n][c] += from[c];
+// The mean of what links lead to, and how it would change if their shares went by another normal:
+// to first order a link's share grows by 3/2 of its tilt towards that normal, as it would if light
+// came from all around by the cosine. Shares go on making 1, so even light stays even.
+SlopedLight Transport::gathered(const SampleLinks& row, const SampleLight& sky,
+                                Vec3 normal) const {
+  constexpr double kGrowth = 1.5;
+  constexpr std::size_t kAtOnce = 2;  // sums that do not wait for each other
+  struct Sums {
+    SampleLight light{}, across{}, along{};
+
+    void add(const SampleLight& from, float share, float x, float y) {
+      for (std::size_t c = 0; c < 4; ++c) {
+        light[c] += share * from[c];
+        across[c] += x * from[c];
+        along[c] += y * from[c];
+      }
     }
+  };
+  if (row.rays == 0) return {};
+  Sums sums[kAtOnce];
+  for (std::size_t n = 0; n < row.links.size(); ++n) {
+    const Link& link = row.links[n];
+    sums[n % kAtOnce].add(sent_[link.to], 1, link.across, link.along);
   }
-  const float share = links.empty() ? 0 : 1 / static_cast<float>(links.size());
-  SampleLight mean;
+  sums[0].add(sky, static_cast<float>(row.sky), static_cast<float>(row.sky_tilt.across),
+              static_cast<float>(row.sky_tilt.along));
+  const TangentFrame frame(normal);
+  const double share = 1.0 / row.rays, growth = kGrowth * LinkTilt::kStep * share;
+  const Vec3f across = as_float(growth * frame.across), along = as_float(growth * frame.along);
+  const auto all_across = static_cast<float>(row.all_tilt.across),
+             all_along = static_cast<float>(row.all_tilt.along);
+  SlopedLight light;
   for (std::size_t c = 0; c < 4; ++c) {
-    mean[c] = share * ((sums[0][c] + sums[1][c]) + (sums[2][c] + sums[3][c]));
+    light.mean[c] = static_cast<float>(share) * (sums[0].light[c] + sums[1].light[c]);
+    const float x = sums[0].across[c] + sums[1].across[c] - all_across * light.mean[c];
+    const float y = sums[0].along[c] + sums[1].along[c] - all_along * light.mean[c];
+    light.slope[0][c] = x * across.x + y * along.x;
+    light.slope[1][c] = x * across.y + y * along.y;
+    light.slope[2][c] = x * across.z + y * along.z;
   }
-  return mean;
+  return light;
 }
 
 void Transport::light(const Scene& scene) {
@@ -215,11 +243,8 @@ void Transport::light(const Scene& scene) {
   set_albedo(scene);
   SampleLight sky = as_floats(scene.has_default_ambient ? Rgb{} : scene.ambient);
   sky[3] = 1;
-  for (auto* radiance : {&sent_, &next_}) {
-    radiance->resize(coarse_->size() + 2);
-    (*radiance)[from_fine_->sky()] = sky;
-    (*radiance)[from_fine_->dark()] = {};
-  }
+  sent_.resize(coarse_->size());
+  next_.resize(coarse_->size());
   const auto send = [&](std::uint32_t sample, const SampleLight& irradiance,
                         std::vector<SampleLight>& to) {
     for (std::size_t c = 0; c < 3; ++c) {
@@ -230,10 +255,9 @@ void Transport::light(const Scene& scene) {
   for (int bounce = 1; bounce < bounces_; ++bounce) {
     parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) {
-        if (needs_[sources_[n]] < bounce) continue;
-        const auto links = from_coarse_->of(sources_[n]);
-        const std::size_t count = std::min(links.size(), static_cast<std::size_t>(coarse_links()));
-        send(sources_[n], mean_of(links.first(count)), next_);
+        const std::uint32_t sample = sources_[n];
+        if (needs_[sample] < bounce) continue;
+        send(sample, gathered(from_coarse_->of(sample), sky, coarse_->normal(sample)).mean, next_);
       }
     });
     // What needs fewer bounces keeps what it sent before: no link that counts leads there any more.
@@ -241,24 +265,23 @@ void Transport::light(const Scene& scene) {
   }
   fine_light_.resize(fine_->size());
   const std::vector<std::uint32_t>& seen = blend_->samples();
-  parallel_for(
-      bounces_ > 0 ? seen.size() : 0, kPieceToLight, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-          const auto links = from_fine_->of(seen[n]);
-          const std::size_t count = std::min(links.size(), static_cast<std::size_t>(links_));
-          fine_light_[seen[n]] = mean_of(links.first(count));
-        }
-      });
+  parallel_for(bounces_ > 0 ? seen.size() : 0, kPieceToLight,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t n = begin; n < end; ++n) {
+                   fine_light_[seen[n]] =
+                       gathered(from_fine_->of(seen[n]), sky, fine_->normal(seen[n]));
+                 }
+               });
 }
 
 void Transport::gather(const SurfaceBuffer& buffer, Indirect& indirect) const {
   std::vector<float>* const channels[4] = {&indirect.pixels.r, &indirect.pixels.g,
                                            &indirect.pixels.b, &indirect.sky};
   for (std::vector<float>* channel : channels) channel->resize(buffer.pixels());
-  blend_->pixels(fine_light_.data(), channels);
+  blend_->pixels(fine_light_, buffer, channels);
   indirect.further.clear();
   if (buffer.further.empty()) return;
-  for (const auto& tile : blend_->further(fine_light_.data())) {
+  for (const auto& tile : blend_->further(fine_light_, buffer)) {
     auto& to = indirect.further.emplace_back();
     for (const auto& [r, g, b, sky] : tile) to.push_back({r, g, b});
   }
