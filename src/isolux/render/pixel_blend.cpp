@@ -228,15 +228,15 @@ class PixelBlend::Finder {
     const auto count = static_cast<std::size_t>(points.count);
     std::array<int, kBlock> left;
     std::array<std::size_t, kBlock> greatest{};
-    left.fill(kWhole);
+    left.fill(BlendShare::kWhole);
     const std::size_t begin = piece.shares.size();
     for (const Weighed& weighed : weighed_) {
-      Share share{weighed.sample, {}};
+      BlendShare share{weighed.sample, {}};
       bool counts = false;
       for (std::size_t n = 0; n < count; ++n) {
         if (sums_[n] == 0) continue;
         const auto weight =
-            static_cast<std::uint16_t>(weighed.weights[n] / sums_[n] * kWhole);  // rounds down
+            static_cast<std::uint16_t>(weighed.weights[n] / sums_[n] * BlendShare::kWhole);  // rounds down
         share.weight[members[n]] = weight;
         left[n] -= weight;
         counts = counts || weight > 0;
@@ -281,7 +281,7 @@ PixelBlend::PixelBlend(const Scene& scene, const SceneSurfaces& surfaces,
   });
   std::vector<bool> used(samples.size());
   for (const Piece& piece : pieces_) {
-    for (const Share& share : piece.shares) used[share.sample] = true;
+    for (const BlendShare& share : piece.shares) used[share.sample] = true;
     for (const Point& point : piece.points) used[point.sample] = true;
   }
   for (std::uint32_t n = 0; n < samples.size(); ++n) {
@@ -289,55 +289,20 @@ PixelBlend::PixelBlend(const Scene& scene, const SceneSurfaces& surfaces,
   }
 }
 
-namespace {
-
-constexpr std::size_t kChannels = 4;
-
-// Adds the parts of a light that belong to a normal. Light is not negative, and the sky not more
-// than all there is.
-SampleLight turned_to(Vec3f normal, const SlopedLight& light) {
-  SampleLight sum;
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    sum[c] = std::max(0.0f, light.mean[c] + normal.x * light.slope[0][c] +
-                                normal.y * light.slope[1][c] + normal.z * light.slope[2][c]);
-  }
-  sum[kChannels - 1] = std::min(1.0f, sum[kChannels - 1]);
-  return sum;
-}
-
-void add(SlopedLight& sum, float weight, const SlopedLight& light) {
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    sum.mean[c] += weight * light.mean[c];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      sum.slope[axis][c] += weight * light.slope[axis][c];
-    }
-  }
-}
-
-}  // namespace
-
 void PixelBlend::pixels(const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer,
                         std::vector<float>* const (&channels)[4]) const {
   parallel_for(pieces_.size(), 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t n = first; n < last; ++n) {
       const Piece& piece = pieces_[n];
-      std::size_t share = 0;
+      std::size_t begin = 0;
       for (std::size_t block = 0; block < piece.ends.size(); ++block) {
-        std::array<SlopedLight, kBlock> sums{};
-        for (; share < piece.ends[block]; ++share) {
-          const Share& of = piece.shares[share];
-          for (std::size_t pixel = 0; pixel < kBlock; ++pixel) {
-            add(sums[pixel], static_cast<float>(of.weight[pixel]) * (1.0f / kWhole),
-                of_samples[of.sample]);
-          }
-        }
         const std::size_t place = (kTilesAPiece * 4 * n + block) * kBlock;
-        for (std::size_t pixel = 0; pixel < kBlock; ++pixel) {
-          const std::size_t at = place + pixel;
-          const SampleLight light = turned_to(
-              {buffer.normal_x[at], buffer.normal_y[at], buffer.normal_z[at]}, sums[pixel]);
-          for (std::size_t c = 0; c < kChannels; ++c) (*channels[c])[at] = light[c];
-        }
+        float* to[4];
+        for (std::size_t c = 0; c < 4; ++c) to[c] = channels[c]->data() + place;
+        const std::size_t end = piece.ends[block];
+        blend({piece.shares.data() + begin, end - begin}, of_samples.data(),
+              {&buffer.normal_x[place], &buffer.normal_y[place], &buffer.normal_z[place]}, to);
+        begin = end;
       }
     }
   });
@@ -352,12 +317,20 @@ std::vector<std::vector<SampleLight>> PixelBlend::further(
       const FurtherPoints& points = buffer.further[tiles.size()];
       std::vector<SampleLight>& tile = tiles.emplace_back();
       for (; point < tile_end; ++point) {
-        SlopedLight sum{};
+        const auto& normal = points[tile.size()].normal;
+        SampleLight& sum = tile.emplace_back();
         for (; share < piece.point_ends[point]; ++share) {
-          add(sum, piece.points[share].weight, of_samples[piece.points[share].sample]);
+          const SlopedLight& light = of_samples[piece.points[share].sample];
+          for (std::size_t c = 0; c < 4; ++c) {
+            float turned = light.mean[c];
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+              turned += normal[axis] * light.slope[axis][c];
+            }
+            sum[c] += piece.points[share].weight * turned;
+          }
         }
-        const auto& [x, y, z] = points[tile.size()].normal;
-        tile.push_back(turned_to({x, y, z}, sum));
+        for (float& channel : sum) channel = std::max(0.0f, channel);
+        sum[3] = std::min(1.0f, sum[3]);
       }
     }
   }
@@ -367,7 +340,7 @@ std::vector<std::vector<SampleLight>> PixelBlend::further(
 double PixelBlend::bytes() const {
   double sum = 0;
   for (const Piece& piece : pieces_) {
-    sum += static_cast<double>(piece.shares.capacity() * sizeof(Share) +
+    sum += static_cast<double>(piece.shares.capacity() * sizeof(BlendShare) +
                                piece.points.capacity() * sizeof(Point) +
                                (piece.ends.capacity() + piece.point_ends.capacity()) * 4);
   }

@@ -4,21 +4,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "isolux/render/blend_shares.h"
 #include "isolux/render/surface_buffer.h"
 #include "isolux/render/surface_samples.h"
 #include "isolux/scene/scene.h"
 
 namespace isolux {
-
-/// Four numbers of a sample: irradiance per channel and the share of open sky.
-using SampleLight = std::array<float, 4>;
-
-/// The light at a sample, and what it gains towards points whose normals are a little different:
-/// at a point with normal n it is mean + n.x slope[0] + n.y slope[1] + n.z slope[2].
-struct SlopedLight {
-  SampleLight mean;
-  std::array<SampleLight, 3> slope;
-};
 
 /// How the light at the points of a SurfaceBuffer is made of that at samples: a weighted mean over
 /// those that lie near, on the same side, with a like normal and near the point's tangent plane.
@@ -45,22 +36,15 @@ class PixelBlend {
   double bytes() const;
 
  private:
-  static constexpr int kBlock = SurfaceBuffer::kBlockPixels;
-  // Weights are counted in 1 / kWhole; those of a pixel make kWhole.
-  static constexpr int kWhole = 65535;
+  static constexpr int kBlock = BlendShare::kPixels;
 
-  // A sample's weights in the pixels of a block.
-  struct Share {
-    std::uint32_t sample;
-    std::array<std::uint16_t, kBlock> weight;
-  };
   struct Point {
     std::uint32_t sample;
     float weight;
   };
   // The shares of consecutive tiles.
   struct Piece {
-    std::vector<Share> shares;
+    std::vector<BlendShare> shares;
     std::vector<std::uint32_t> ends;  // of each block's shares, four for each tile
     std::vector<Point> points;
     std::vector<std::uint32_t> point_ends;  // of each further point's

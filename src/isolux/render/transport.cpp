@@ -200,7 +200,6 @@ void Transport::set_albedo(const Scene& scene) {
 SlopedLight Transport::gathered(const SampleLinks& row, const SampleLight& sky,
                                 Vec3 normal) const {
   constexpr double kGrowth = 1.5;
-  constexpr std::size_t kAtOnce = 2;  // sums that do not wait for each other
   struct Sums {
     SampleLight light{}, across{}, along{};
 
@@ -213,13 +212,18 @@ SlopedLight Transport::gathered(const SampleLinks& row, const SampleLight& sky,
     }
   };
   if (row.rays == 0) return {};
-  Sums sums[kAtOnce];
-  for (std::size_t n = 0; n < row.links.size(); ++n) {
-    const Link& link = row.links[n];
-    sums[n % kAtOnce].add(sent_[link.to], 1, link.across, link.along);
+  Sums even, odd;  // which do not wait for each other
+  const auto add = [&](Sums& sums, const Link& link) {
+    sums.add(sent_[link.to], 1, link.across, link.along);
+  };
+  std::size_t n = 0;
+  for (; n + 1 < row.links.size(); n += 2) {
+    add(even, row.links[n]);
+    add(odd, row.links[n + 1]);
   }
-  sums[0].add(sky, static_cast<float>(row.sky), static_cast<float>(row.sky_tilt.across),
-              static_cast<float>(row.sky_tilt.along));
+  if (n < row.links.size()) add(even, row.links[n]);
+  odd.add(sky, static_cast<float>(row.sky), static_cast<float>(row.sky_tilt.across),
+          static_cast<float>(row.sky_tilt.along));
   const TangentFrame frame(normal);
   const double share = 1.0 / row.rays, growth = kGrowth * LinkTilt::kStep * share;
   const Vec3f across = as_float(growth * frame.across), along = as_float(growth * frame.along);
@@ -227,9 +231,9 @@ SlopedLight Transport::gathered(const SampleLinks& row, const SampleLight& sky,
              all_along = static_cast<float>(row.all_tilt.along);
   SlopedLight light;
   for (std::size_t c = 0; c < 4; ++c) {
-    light.mean[c] = static_cast<float>(share) * (sums[0].light[c] + sums[1].light[c]);
-    const float x = sums[0].across[c] + sums[1].across[c] - all_across * light.mean[c];
-    const float y = sums[0].along[c] + sums[1].along[c] - all_along * light.mean[c];
+    light.mean[c] = static_cast<float>(share) * (even.light[c] + odd.light[c]);
+    const float x = even.across[c] + odd.across[c] - all_across * light.mean[c];
+    const float y = even.along[c] + odd.along[c] - all_along * light.mean[c];
     light.slope[0][c] = x * across.x + y * along.x;
     light.slope[1][c] = x * across.y + y * along.y;
     light.slope[2][c] = x * across.z + y * along.z;
