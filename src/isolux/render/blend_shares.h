@@ -23,7 +23,7 @@ struct BlendShare {
   static constexpr int kPixels = SurfaceBuffer::kBlockPixels;
   static constexpr int kWhole = 65535;
 
-  std::uint32_t sample;
+  std::uint32_t sample;  ///< where it stands among those that count
   std::array<std::uint16_t, kPixels> weight;
 };
 

@@ -279,14 +279,22 @@ PixelBlend::PixelBlend(const Scene& scene, const SceneSurfaces& surfaces,
       }
     }
   });
-  std::vector<bool> used(samples.size());
-  for (const Piece& piece : pieces_) {
-    for (const BlendShare& share : piece.shares) used[share.sample] = true;
-    for (const Point& point : piece.points) used[point.sample] = true;
-  }
+  // What weights are for becomes a number in samples().
+  constexpr std::uint32_t kUnused = ~0u;
+  std::vector<std::uint32_t> numbers(samples.size(), kUnused);
+  const auto each_sample = [&](const auto& body) {
+    for (Piece& piece : pieces_) {
+      for (BlendShare& share : piece.shares) body(share.sample);
+      for (Point& point : piece.points) body(point.sample);
+    }
+  };
+  each_sample([&](std::uint32_t& sample) { numbers[sample] = 0; });
   for (std::uint32_t n = 0; n < samples.size(); ++n) {
-    if (used[n]) samples_.push_back(n);
+    if (numbers[n] == kUnused) continue;
+    numbers[n] = static_cast<std::uint32_t>(samples_.size());
+    samples_.push_back(n);
   }
+  each_sample([&](std::uint32_t& sample) { sample = numbers[sample]; });
 }
 
 void PixelBlend::pixels(const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer,

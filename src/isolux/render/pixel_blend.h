@@ -26,6 +26,7 @@ class PixelBlend {
   /// Numbers of all samples that have a weight, in order.
   const std::vector<std::uint32_t>& samples() const { return samples_; }
 
+  /// `of_samples` are in the order of samples().
   /// The light at the pixels of the buffer, into arrays of its length; 0 where nothing is met.
   void pixels(const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer,
               std::vector<float>* const (&channels)[4]) const;

@@ -4,7 +4,7 @@
 #include <bit>
 
 #include "isolux/base/parallel.h"
-#include "isolux/render/cosine_direction.h"
+#include "isolux/render/gathered_light.h"
 #include "isolux/render/shadows.h"
 
 namespace isolux {
@@ -13,7 +13,7 @@ namespace {
 constexpr int kFirstLinks = 8, kLeastLinks = 16;
 // Samples that are shot from between two questions whether to stop.
 constexpr std::size_t kSamplesAtOnce = 1024;
-constexpr std::size_t kPieceToLight = 256;
+constexpr std::size_t kPieceToLight = 256, kPieceToShadow = 1024;
 
 constexpr double kBytesACoarse = 72, kBytesAFine = sizeof(SlopedLight);
 
@@ -139,43 +139,42 @@ void Transport::light_directly(const Scene& scene) {
   constexpr double kCame = 20;  // steps; only its side of the surface matters
   const ShadowRays shadow_rays(scene, surfaces_);
   direct_.resize(coarse_->size());
-  const std::size_t packets = (sources_.size() + kLanes - 1) / kLanes;
-  parallel_for(packets, 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t packet = begin; packet < end; ++packet) {
-      PointPacket points;
-      const std::size_t first = packet * kLanes;
-      const int count = static_cast<int>(std::min<std::size_t>(kLanes, sources_.size() - first));
+  parallel_for(sources_.size(), kPieceToShadow, [&](std::size_t begin, std::size_t end) {
+    std::array<Rgb, kPieceToShadow> sums{};
+    // Samples that a lamp may reach, until their rays fill a packet.
+    PointPacket points;
+    Rgb arriving[kLanes];
+    Rgb* to[kLanes];
+    int count = 0;
+    const auto add = [&](const Light& light) {
+      float share[kLanes];
+      std::ranges::fill(share, 1.0f);
+      if (scene.shadows && count > 0) shadow_rays.reach(light, points, ~0u >> (32 - count), share);
       for (int n = 0; n < count; ++n) {
-        const std::uint32_t sample = sources_[first + static_cast<std::size_t>(n)];
+        *to[n] = *to[n] + static_cast<double>(share[n]) * arriving[n];
+      }
+      count = 0;
+    };
+    for (const Light& light : scene.lights) {
+      for (std::size_t n = begin; n < end; ++n) {
+        const std::uint32_t sample = sources_[n];
         const SampleSite& site = coarse_->site(sample);
-        points.position[n] = site.position;
-        points.normal[n] = coarse_->normal(sample);
-        points.to_eye[n] = coarse_->true_normal(sample);
-        points.came_mm[n] = kCame * surfaces_.at(site.surface).step_mm();
-        points.surface[n] = site.surface;
-        points.point[n] = site.point;
+        const SurfacePoint at{site.position, coarse_->normal(sample),
+                              coarse_->true_normal(sample)};
+        arriving[count] = irradiance(light, at);
+        if (arriving[count] == Rgb{}) continue;
+        to[count] = &sums[n - begin];
+        points.position[count] = at.position;
+        points.normal[count] = at.normal;
+        points.to_eye[count] = at.to_eye;
+        points.came_mm[count] = kCame * surfaces_.at(site.surface).step_mm();
+        points.surface[count] = site.surface;
+        points.point[count] = site.point;
+        if (++count == kLanes) add(light);
       }
-      Rgb sums[kLanes] = {};
-      for (const Light& light : scene.lights) {
-        Rgb arriving[kLanes];
-        std::uint32_t lit = 0;
-        for (int n = 0; n < count; ++n) {
-          arriving[n] = irradiance(light, {points.position[n], points.normal[n], points.to_eye[n]});
-          if (arriving[n] != Rgb{}) lit |= 1u << n;
-        }
-        if (lit == 0) continue;
-        float share[kLanes];
-        std::ranges::fill(share, 1.0f);
-        if (scene.shadows) shadow_rays.reach(light, points, lit, share);
-        for (std::uint32_t rest = lit; rest != 0; rest &= rest - 1) {
-          const int n = std::countr_zero(rest);
-          sums[n] = sums[n] + static_cast<double>(share[n]) * arriving[n];
-        }
-      }
-      for (int n = 0; n < count; ++n) {
-        direct_[sources_[first + static_cast<std::size_t>(n)]] = as_floats(sums[n]);
-      }
+      add(light);
     }
+    for (std::size_t n = begin; n < end; ++n) direct_[sources_[n]] = as_floats(sums[n - begin]);
   });
 }
 
@@ -194,55 +193,9 @@ void Transport::set_albedo(const Scene& scene) {
   });
 }
 
-// The mean of what links lead to, and how it would change if their shares went by another normal:
-// to first order a link's share grows by 3/2 of its tilt towards that normal, as it would if light
-// came from all around by the cosine. Shares go on making 1, so even light stays even.
-SlopedLight Transport::gathered(const SampleLinks& row, const SampleLight& sky,
-                                Vec3 normal) const {
-  constexpr double kGrowth = 1.5;
-  struct Sums {
-    SampleLight light{}, across{}, along{};
-
-    void add(const SampleLight& from, float share, float x, float y) {
-      for (std::size_t c = 0; c < 4; ++c) {
-        light[c] += share * from[c];
-        across[c] += x * from[c];
-        along[c] += y * from[c];
-      }
-    }
-  };
-  if (row.rays == 0) return {};
-  Sums even, odd;  // which do not wait for each other
-  const auto add = [&](Sums& sums, const Link& link) {
-    sums.add(sent_[link.to], 1, link.across, link.along);
-  };
-  std::size_t n = 0;
-  for (; n + 1 < row.links.size(); n += 2) {
-    add(even, row.links[n]);
-    add(odd, row.links[n + 1]);
-  }
-  if (n < row.links.size()) add(even, row.links[n]);
-  odd.add(sky, static_cast<float>(row.sky), static_cast<float>(row.sky_tilt.across),
-          static_cast<float>(row.sky_tilt.along));
-  const TangentFrame frame(normal);
-  const double share = 1.0 / row.rays, growth = kGrowth * LinkTilt::kStep * share;
-  const Vec3f across = as_float(growth * frame.across), along = as_float(growth * frame.along);
-  const auto all_across = static_cast<float>(row.all_tilt.across),
-             all_along = static_cast<float>(row.all_tilt.along);
-  SlopedLight light;
-  for (std::size_t c = 0; c < 4; ++c) {
-    light.mean[c] = static_cast<float>(share) * (even.light[c] + odd.light[c]);
-    const float x = even.across[c] + odd.across[c] - all_across * light.mean[c];
-    const float y = even.along[c] + odd.along[c] - all_along * light.mean[c];
-    light.slope[0][c] = x * across.x + y * along.x;
-    light.slope[1][c] = x * across.y + y * along.y;
-    light.slope[2][c] = x * across.z + y * along.z;
-  }
-  return light;
-}
-
 void Transport::light(const Scene& scene) {
-  std::ranges::sort(sources_);  // neighbours' rays go together
+  // Neighbours' rays go together.
+  if (!std::ranges::is_sorted(sources_)) std::ranges::sort(sources_);
   light_directly(scene);
   set_albedo(scene);
   SampleLight sky = as_floats(scene.has_default_ambient ? Rgb{} : scene.ambient);
@@ -255,27 +208,30 @@ void Transport::light(const Scene& scene) {
       to[sample][c] = albedo_[sample][c] * (direct_[sample][c] + irradiance[c]);
     }
   };
-  for (const std::uint32_t sample : sources_) send(sample, {}, sent_);
+  parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) send(sources_[n], {}, sent_);
+  });
   for (int bounce = 1; bounce < bounces_; ++bounce) {
     parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) {
         const std::uint32_t sample = sources_[n];
         if (needs_[sample] < bounce) continue;
-        send(sample, gathered(from_coarse_->of(sample), sky, coarse_->normal(sample)).mean, next_);
+        send(sample, gathered_light(from_coarse_->of(sample), sent_.data(), sky), next_);
       }
     });
     // What needs fewer bounces keeps what it sent before: no link that counts leads there any more.
     std::swap(sent_, next_);
   }
-  fine_light_.resize(fine_->size());
   const std::vector<std::uint32_t>& seen = blend_->samples();
-  parallel_for(bounces_ > 0 ? seen.size() : 0, kPieceToLight,
-               [&](std::size_t begin, std::size_t end) {
-                 for (std::size_t n = begin; n < end; ++n) {
-                   fine_light_[seen[n]] =
-                       gathered(from_fine_->of(seen[n]), sky, fine_->normal(seen[n]));
-                 }
-               });
+  fine_light_.assign(seen.size(), {});
+  if (bounces_ == 0) return;
+  parallel_for(seen.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      if (n + 1 < end) from_fine_->fetch(seen[n + 1]);
+      fine_light_[n] =
+          gathered_sloped(from_fine_->of(seen[n]), sent_.data(), sky, fine_->normal(seen[n]));
+    }
+  });
 }
 
 void Transport::gather(const SurfaceBuffer& buffer, Indirect& indirect) const {
@@ -294,7 +250,9 @@ void Transport::gather(const SurfaceBuffer& buffer, Indirect& indirect) const {
 double Transport::bytes() const {
   return fine_->bytes() + coarse_->bytes() + from_fine_->bytes() + from_coarse_->bytes() +
          static_cast<double>(coarse_->size()) * kBytesACoarse +
-         static_cast<double>(fine_->size()) * kBytesAFine + (blend_ ? blend_->bytes() : 0);
+         (blend_ ? blend_->bytes() +
+                       static_cast<double>(blend_->samples().size() * sizeof(SlopedLight))
+                 : 0);
 }
 
 }  // namespace isolux

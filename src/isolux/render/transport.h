@@ -73,7 +73,6 @@ class Transport {
              const std::function<bool()>& stop, const std::function<void(std::uint32_t)>& shot);
   void light_directly(const Scene& scene);
   void set_albedo(const Scene& scene);
-  SlopedLight gathered(const SampleLinks& row, const SampleLight& sky, Vec3 normal) const;
 
   const SceneSurfaces& surfaces_;
   TransportOptions options_;
@@ -92,7 +91,7 @@ class Transport {
   std::vector<SampleLight> direct_;                  // D
   std::vector<SampleLight> albedo_;                  // kd
   std::vector<SampleLight> sent_, next_;             // kd (D + E), and 0
-  std::vector<SlopedLight> fine_light_;
+  std::vector<SlopedLight> fine_light_;              // in the order of blend_->samples()
 };
 
 }  // namespace isolux

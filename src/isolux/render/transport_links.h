@@ -65,6 +65,12 @@ class TransportLinks {
   void keep(std::span<const std::uint32_t> samples, int most);
 
   const SampleLinks& of(std::uint32_t sample) const { return rows_[row_of_[sample]]; }
+  /// Has the processor fetch what `of` will give.
+  void fetch(std::uint32_t sample) const {
+    constexpr std::size_t kLinksALine = 64 / sizeof(Link);
+    const std::vector<Link>& links = of(sample).links;
+    for (std::size_t n = 0; n < links.size(); n += kLinksALine) __builtin_prefetch(&links[n]);
+  }
 
   double bytes() const;
   /// Of that, what links take.
