@@ -32,10 +32,9 @@ using VF = hn::Vec<decltype(kF)>;
 
 HWY_INLINE VF turned(const SlopedLight& light, std::size_t c, VF x, VF y, VF z) {
   const auto all = [](float value) HWY_ATTR { return hn::Set(kF, value); };
-  return hn::MulAdd(
-      z, all(light.slope[2][c]),
-      hn::MulAdd(y, all(light.slope[1][c]),
-                 hn::MulAdd(x, all(light.slope[0][c]), all(light.mean[c]))));
+  return hn::MulAdd(z, all(light.slope[2][c]),
+                    hn::MulAdd(y, all(light.slope[1][c]),
+                               hn::MulAdd(x, all(light.slope[0][c]), all(light.mean[c]))));
 }
 
 void blend_block(std::span<const BlendShare> shares, const SlopedLight* of_samples,
@@ -46,8 +45,8 @@ void blend_block(std::span<const BlendShare> shares, const SlopedLight* of_sampl
     VF r = hn::Zero(kF), g = r, b = r, sky = r;
     for (const BlendShare& share : shares) {
       const SlopedLight& light = of_samples[share.sample];
-      const VF weight = hn::ConvertTo(
-          kF, hn::PromoteTo(kI, hn::LoadU(kU16, share.weight.data() + first)));
+      const VF weight =
+          hn::ConvertTo(kF, hn::PromoteTo(kI, hn::LoadU(kU16, share.weight.data() + first)));
       r = hn::MulAdd(weight, turned(light, 0, x, y, z), r);
       g = hn::MulAdd(weight, turned(light, 1, x, y, z), g);
       b = hn::MulAdd(weight, turned(light, 2, x, y, z), b);

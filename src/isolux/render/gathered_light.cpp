@@ -57,7 +57,7 @@ SampleLight gathered_light(const SampleLinks& row, const SampleLight* sent,
 
 SlopedLight gathered_sloped(const SampleLinks& row, const SampleLight* sent, const SampleLight& sky,
                             Vec3 normal) {
-  constexpr double kGrowth = 1.5;
+  constexpr double kGrowth = 1.25;
   if (row.rays == 0) return {};
   const Sums sums = summed(row, sent, sky);
   SlopedLight light{scaled(1 / static_cast<float>(row.rays), sums.light), {}};

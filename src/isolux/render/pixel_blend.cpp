@@ -235,8 +235,8 @@ class PixelBlend::Finder {
       bool counts = false;
       for (std::size_t n = 0; n < count; ++n) {
         if (sums_[n] == 0) continue;
-        const auto weight =
-            static_cast<std::uint16_t>(weighed.weights[n] / sums_[n] * BlendShare::kWhole);  // rounds down
+        const auto weight = static_cast<std::uint16_t>(weighed.weights[n] / sums_[n] *
+                                                       BlendShare::kWhole);  // rounds down
         share.weight[members[n]] = weight;
         left[n] -= weight;
         counts = counts || weight > 0;

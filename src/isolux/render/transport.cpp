@@ -109,11 +109,11 @@ bool Transport::refine(int bounces, const std::function<bool()>& stop) {
     if (!all_fine) return false;
     for (int level = bounces - 1; level > 0; --level) {
       const std::vector<std::uint32_t> samples = needing_[static_cast<std::size_t>(level)];
-      const bool all = shoot(
-          *from_coarse_, samples, std::min(count, coarse_links()), stop, [&](std::uint32_t n) {
-            follow(from_coarse_->of(samples[n]), followed_[samples[n]],
-                   static_cast<std::int8_t>(level - 1));
-          });
+      const bool all = shoot(*from_coarse_, samples, std::min(count, coarse_links()), stop,
+                             [&](std::uint32_t n) {
+                               follow(from_coarse_->of(samples[n]), followed_[samples[n]],
+                                      static_cast<std::int8_t>(level - 1));
+                             });
       if (!all) return false;
     }
   }
@@ -159,8 +159,7 @@ void Transport::light_directly(const Scene& scene) {
       for (std::size_t n = begin; n < end; ++n) {
         const std::uint32_t sample = sources_[n];
         const SampleSite& site = coarse_->site(sample);
-        const SurfacePoint at{site.position, coarse_->normal(sample),
-                              coarse_->true_normal(sample)};
+        const SurfacePoint at{site.position, coarse_->normal(sample), coarse_->true_normal(sample)};
         arriving[count] = irradiance(light, at);
         if (arriving[count] == Rgb{}) continue;
         to[count] = &sums[n - begin];

@@ -37,8 +37,8 @@ struct Link {
 /// dark, are only counted.
 struct SampleLinks {
   std::vector<Link> links;
-  std::int32_t rays = 0;       ///< all that were shot
-  std::int32_t sky = 0;        ///< those that met nothing
+  std::int32_t rays = 0;        ///< all that were shot
+  std::int32_t sky = 0;         ///< those that met nothing
   LinkTilt all_tilt, sky_tilt;  ///< their sums
 };
 
@@ -88,7 +88,7 @@ class TransportLinks {
   const SurfaceSamples& to_;
   std::vector<double> opacities_;
   std::size_t most_;
-  std::vector<Vec3> directions_;  // [slot * most + number], in the tangent frame
+  std::vector<Vec3> directions_;       // [slot * most + number], in the tangent frame
   std::vector<std::uint32_t> row_of_;  // [sample]; 0: it has none
   std::vector<SampleLinks> rows_;      // the first is empty
 };
