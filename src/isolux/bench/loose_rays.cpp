@@ -15,18 +15,20 @@ constexpr std::size_t kCount = RayLanes::kCount;
 
 // How many rays have their bit in what met_of(rays in lanes, lanes in use) answers.
 template <typename MetOf>
-std::size_t count_met(const std::vector<Ray>& rays, const Affine& surface_from_world,
+std::size_t count_met(const std::vector<Ray>& rays, const std::optional<Affine>& surface_from_world,
                       const MetOf& met_of) {
   const auto count_of = [&](std::size_t first) {
     const std::size_t count = std::min(kCount, rays.size() - first);
     RayLanes lanes;
     for (std::size_t n = 0; n < kCount; ++n) {
-      const Ray& ray = rays[first + std::min(n, count - 1)];
-      const Vec3 origin = surface_from_world.point(ray.origin);
-      const Vec3 direction = surface_from_world.vector(ray.direction);
+      Ray ray = rays[first + std::min(n, count - 1)];
+      if (surface_from_world) {
+        ray.origin = surface_from_world->point(ray.origin);
+        ray.direction = surface_from_world->vector(ray.direction);
+      }
       for (int axis = 0; axis < 3; ++axis) {
-        lanes.origin[axis][n] = origin[axis];
-        lanes.direction[axis][n] = direction[axis];
+        lanes.origin[axis][n] = ray.origin[axis];
+        lanes.direction[axis][n] = ray.direction[axis];
       }
       lanes.begin[n] = 0;
       lanes.end[n] = std::numeric_limits<float>::infinity();
@@ -47,7 +49,6 @@ std::size_t count_met(const std::vector<Ray>& rays, const Affine& surface_from_w
 
 LooseRays::LooseRays(const SurfaceItem& surface) {
   if (surface.mesh) {
-    surface_from_world_.linear = diagonal({1, 1, 1});
     tree_.emplace(surface.mesh);
     return;
   }

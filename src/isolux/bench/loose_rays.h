@@ -24,7 +24,7 @@ class LooseRays {
   std::size_t count_hits(const std::vector<Ray>& rays, RayQuery query) const;
 
  private:
-  Affine surface_from_world_;
+  std::optional<Affine> surface_from_world_;
   std::optional<IsoLanes> lanes_;    ///< of an isosurface
   std::optional<MeshSurface> tree_;  ///< of a mesh
 };

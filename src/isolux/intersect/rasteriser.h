@@ -57,8 +57,11 @@ class RasterBuffer {
   bool is_empty_at(int x, int y) const { return tile(number_at(x, y)) == nullptr; }
   /// Of the picture's pixel (x, y); kNothing where there is none.
   std::uint32_t triangle(int x, int y) const {
-    const std::uint32_t* pixels = tile(number_at(x, y));
-    return pixels ? pixels[y % kTile * kTile + x % kTile] : kNothing;
+    return is_empty_at(x, y) ? kNothing : *triangles(x, y);
+  }
+  /// Of that pixel and those to the right of it, in a tile that is kept.
+  const std::uint32_t* triangles(int x, int y) const {
+    return tile(number_at(x, y)) + (y % kTile * kTile + x % kTile);
   }
 
  private:

@@ -48,11 +48,12 @@ bool unpack_each(const StoredAt& stored_at, std::size_t count, const Rescale& re
       is_exact = is_exact && (static_cast<double>(voxels[n]) == value || std::isnan(value));
     } else {
       const bool fits = value >= std::numeric_limits<Voxel>::lowest() &&
-                        value <= std::numeric_limits<Voxel>::max() && value == std::floor(value);
-      if (!fits) return false;
-      voxels[n] = static_cast<Voxel>(value);
+                        value <= std::numeric_limits<Voxel>::max();
+      voxels[n] = static_cast<Voxel>(fits ? value : 0);
+      is_exact = is_exact && voxels[n] == value;
     }
   }
+  if constexpr (!std::is_floating_point_v<Voxel>) return is_exact;
   rounds = rounds || !is_exact;
   return true;
 }

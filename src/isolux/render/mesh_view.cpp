@@ -1,9 +1,9 @@
 #include "isolux/render/mesh_view.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "isolux/intersect/triangle_setup.h"
+#include "isolux/render/ray_packet.h"
 
 namespace isolux {
 namespace {
@@ -50,31 +50,33 @@ bool MeshView::is_empty_at(int x0, int y0) const {
   return x0 > box_.x1 || x0 + 7 < box_.x0 || y0 > box_.y1 || y0 + 3 < box_.y0;
 }
 
-std::uint32_t MeshView::possible(const int* x, const int* y) const {
-  if (!surface_) return ~0u;
+std::uint32_t MeshView::inside_box(int x0, int y0) const {
   std::uint32_t lanes = 0;
-  for (int n = 0; n < RayLanes::kCount; ++n) {
-    const bool is_inside = x[n] >= box_.x0 && x[n] <= box_.x1 && y[n] >= box_.y0 && y[n] <= box_.y1;
+  for (int n = 0; n < RayPacket::kCount; ++n) {
+    const int x = x0 + RayPacket::x_of(n), y = y0 + RayPacket::y_of(n);
+    const bool is_inside = x >= box_.x0 && x <= box_.x1 && y >= box_.y0 && y <= box_.y1;
     lanes |= std::uint32_t{is_inside} << n;
   }
   return lanes;
 }
 
-std::uint32_t MeshView::triangles(const RayLanes& rays, std::uint32_t lanes, const int* x,
-                                  const int* y, std::uint32_t* triangle) const {
+std::uint32_t MeshView::triangles(const RayLanes& rays, std::uint32_t lanes, int x0, int y0,
+                                  std::uint32_t* triangle) const {
   if (surface_) {
     MeshHitLanes hits;
-    surface_->first_hits(rays, lanes, hits);
-    for (int n = 0; n < RayLanes::kCount; ++n) triangle[n] = hits.triangle[n];
+    surface_->first_hits(rays, lanes & inside_box(x0, y0), hits);
+    std::ranges::copy(hits.triangle, triangle);
     return hits.hit;
   }
   std::uint32_t met = 0;
-  for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-    const int n = std::countr_zero(rest);
-    triangle[n] = raster_.triangle(x[n], y[n]);
-    if (triangle[n] != RasterBuffer::kNothing) met |= 1u << n;
+  for (int n = 0; n < RayPacket::kCount; n += 4) {
+    const int x = x0 + RayPacket::x_of(n), y = y0 + RayPacket::y_of(n);
+    std::copy_n(raster_.triangles(x, y), 4, triangle + n);
   }
-  return met;
+  for (int n = 0; n < RayPacket::kCount; ++n) {
+    met |= std::uint32_t{triangle[n] != RasterBuffer::kNothing} << n;
+  }
+  return met & lanes;
 }
 
 }  // namespace isolux

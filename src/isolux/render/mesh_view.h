@@ -21,15 +21,14 @@ class MeshView {
 
   /// Whether the block of 8 x 4 pixels from (x0, y0) can show nothing of the mesh.
   bool is_empty_at(int x0, int y0) const;
-  /// Of such a block, lane n is (x[n], y[n]), those that may show the mesh.
-  std::uint32_t possible(const int* x, const int* y) const;
-
-  /// Finds the triangle that each of their eye rays meets before its end;
-  /// `rays` are those of the camera's fan. The lanes that meet one.
-  std::uint32_t triangles(const RayLanes& rays, std::uint32_t lanes, const int* x, const int* y,
+  /// Finds the triangle that each eye ray of such a block, a RayPacket's lanes, meets before its
+  /// end; `rays` are those of the camera's fan. The lanes that meet one.
+  std::uint32_t triangles(const RayLanes& rays, std::uint32_t lanes, int x0, int y0,
                           std::uint32_t* triangle) const;
 
  private:
+  std::uint32_t inside_box(int x0, int y0) const;
+
   std::shared_ptr<const MeshSurface> surface_;
   raster::PixelBox box_{};  ///< beyond it no ray meets the mesh
   RasterBuffer raster_;

@@ -19,10 +19,6 @@ namespace {
 constexpr int kLanes = RayLanes::kCount;
 static_assert(kLanes == 2 * SurfaceBuffer::kBlockPixels);
 
-// A lane's pixel in two blocks side by side.
-constexpr int lane_x(int n) { return (n & 3) + (n >> 4 << 2); }
-constexpr int lane_y(int n) { return n >> 2 & 3; }
-
 // Rays this many cells apart pass through the volume more quickly each for itself.
 constexpr double kBeamCells = 0.6;
 
@@ -76,7 +72,7 @@ class RayCaster::Eye {
   RayPacket rays(int x0, int y0) const {
     RayPacket packet;
     for (int n = 0; n < kLanes; ++n) {
-      Ray ray = world_.ray(x0 + lane_x(n), y0 + lane_y(n));
+      Ray ray = world_.ray(x0 + RayPacket::x_of(n), y0 + RayPacket::y_of(n));
       ray.direction = normalize(ray.direction);
       packet.set(n, ray);
     }
@@ -140,12 +136,6 @@ class RayCaster::Eye {
   void trace_mesh(const SeenMesh& seen, std::int32_t number, int x0, int y0, std::uint32_t inside,
                   PacketHits& nearest) const {
     if (seen.view.is_empty_at(x0, y0)) return;
-    int x[kLanes], y[kLanes];
-    for (int n = 0; n < kLanes; ++n) {
-      x[n] = x0 + lane_x(n);
-      y[n] = y0 + lane_y(n);
-    }
-    const std::uint32_t wanted = inside & seen.view.possible(x, y);
     RayLanes rays;
     set_rays(world_, x0, y0, rays.origin, rays.direction);
     for (int n = 0; n < kLanes; ++n) {
@@ -156,7 +146,7 @@ class RayCaster::Eye {
       }
     }
     std::uint32_t triangle[kLanes];
-    const std::uint32_t met = seen.view.triangles(rays, wanted, x, y, triangle);
+    const std::uint32_t met = seen.view.triangles(rays, inside, x0, y0, triangle);
     if (met == 0) return;
     MeshPointLanes points;
     find_mesh_points(*seen.mesh, rays, triangle, met, points);
@@ -171,8 +161,8 @@ class RayCaster::Eye {
         double column[8];  // the summands of RayFan::Plane::at
         for (int x = 0; x < 8; ++x) column[x] = plane.first[axis] + (x0 + x) * step_x;
         for (int n = 0; n < kLanes; n += 4) {
-          const double row = (y0 + lane_y(n)) * step_y;
-          for (int x = 0; x < 4; ++x) out[n + x] = column[lane_x(n) + x] + row;
+          const double row = (y0 + RayPacket::y_of(n)) * step_y;
+          for (int x = 0; x < 4; ++x) out[n + x] = column[RayPacket::x_of(n) + x] + row;
         }
       };
       fill(fan.origin, origin[axis]);
@@ -184,7 +174,7 @@ class RayCaster::Eye {
     if (x0 + 8 <= width_ && y0 + 4 <= height_) return ~0u;
     std::uint32_t lanes = 0;
     for (int n = 0; n < kLanes; ++n) {
-      if (x0 + lane_x(n) < width_ && y0 + lane_y(n) < height_) lanes |= 1u << n;
+      if (x0 + RayPacket::x_of(n) < width_ && y0 + RayPacket::y_of(n) < height_) lanes |= 1u << n;
     }
     return lanes;
   }
@@ -194,11 +184,14 @@ class RayCaster::Eye {
     double origin[3][kLanes], direction[3][kLanes];
     set_rays(world_, x0, y0, origin, direction);
     const auto& [dx, dy, dz] = direction;
+    double length[kLanes];
+    for (int n = 0; n < kLanes; ++n) {
+      length[n] = std::sqrt(dx[n] * dx[n] + dy[n] * dy[n] + dz[n] * dz[n]);
+    }
     for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
-      const Vec3 towards{dx[n], dy[n], dz[n]};
-      hits.t[n] *= length(towards);
-      hits.face(n, towards);
+      hits.t[n] *= length[n];
+      hits.face(n, {dx[n], dy[n], dz[n]});
     }
   }
 

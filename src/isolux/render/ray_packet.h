@@ -13,6 +13,10 @@ namespace isolux {
 
 /// Rays side by side in world space. t counts in a direction's own length.
 struct RayPacket : RayLanes {
+  /// In the packet of a picture's 8 x 4 pixels, where lane n's pixel is: two blocks side by side.
+  static constexpr int x_of(int n) { return (n & 3) + (n >> 4 << 2); }
+  static constexpr int y_of(int n) { return n >> 2 & 3; }
+
   void set(int n, const Ray& ray) {
     for (int axis = 0; axis < 3; ++axis) {
       origin[axis][n] = ray.origin[axis];
@@ -38,28 +42,27 @@ struct PacketHits {
 
   /// Takes those hits that are nearer.
   void add(const HitLanes& hits, std::int32_t number) {
-    if (hit == 0) return set(hits, number);
+    if (hit == 0) {
+      set(hits, number);
+      std::ranges::fill(point, MeshPoint{});
+      return;
+    }
     for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
       if (is_nearer(n, hits.t[n])) take(n, hits, number, {});
     }
   }
   void add(const MeshPointLanes& points, const std::uint32_t* triangle, std::int32_t number) {
+    if (hit == 0) {
+      set(points, number);
+      for (int n = 0; n < kCount; ++n) point[n] = {triangle[n], points.u[n], points.v[n]};
+      return;
+    }
     for (std::uint32_t rest = points.met; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
       if (!is_nearer(n, points.t[n])) continue;
       take(n, points, number, {triangle[n], points.u[n], points.v[n]});
     }
-  }
-
-  /// Takes all hits, where there were none.
-  void set(const HitLanes& hits, std::int32_t number) {
-    hit = hits.hit;
-    turned = hits.turned;
-    std::ranges::copy(hits.t, t);
-    for (int axis = 0; axis < 3; ++axis) std::ranges::copy(hits.normal[axis], normal[axis]);
-    std::ranges::fill(surface, number);
-    std::ranges::fill(point, MeshPoint{});
   }
 
   /// Where the surface has no normal, it faces the origin of the ray.
@@ -72,6 +75,19 @@ struct PacketHits {
   }
 
  private:
+  static std::uint32_t bits_of(const HitLanes& hits) { return hits.hit; }
+  static std::uint32_t bits_of(const MeshPointLanes& points) { return points.met; }
+
+  // All but where on a mesh, of all lanes, out of lanes of either kind.
+  template <typename Lanes>
+  void set(const Lanes& from, std::int32_t number) {
+    hit = bits_of(from);
+    turned = from.turned;
+    std::ranges::copy(from.t, t);
+    for (int axis = 0; axis < 3; ++axis) std::ranges::copy(from.normal[axis], normal[axis]);
+    std::ranges::fill(surface, number);
+  }
+
   bool is_nearer(int n, double t_there) const { return !(hit >> n & 1) || t_there < t[n]; }
 
   // What lane n meets, out of lanes of either kind.

@@ -5,7 +5,10 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <mutex>
 #include <type_traits>
+
+#include "isolux/base/parallel.h"
 
 namespace isolux {
 namespace {
@@ -70,6 +73,83 @@ bool look_like_labels(const VolumeView<T>& view) {
          static_cast<double>(alike) >= kShareAlike * static_cast<double>(pairs);
 }
 
+constexpr std::size_t kPiece = std::size_t{1} << 22;  // voxels
+
+using Counts = std::vector<std::size_t>;
+
+// How many times each value of a whole type occurs, from the lowest on.
+template <typename T>
+Counts counts_of(const T* voxels, std::size_t count) {
+  constexpr int kLowest = std::numeric_limits<T>::lowest();
+  Counts counts(std::size_t{1} << (8 * sizeof(T)));
+  std::mutex adding;
+  parallel_for(count, kPiece, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t> here(counts.size());
+    for (std::size_t n = begin; n < end; ++n) ++here[static_cast<std::size_t>(voxels[n] - kLowest)];
+    const std::lock_guard lock(adding);
+    for (std::size_t n = 0; n < counts.size(); ++n) counts[n] += here[n];
+  });
+  return counts;
+}
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  std::size_t not_finite = 0;
+};
+
+Range range_of(const float* voxels, std::size_t count) {
+  Range range;
+  std::mutex adding;
+  parallel_for(count, kPiece, [&](std::size_t begin, std::size_t end) {
+    Range here;
+    for (std::size_t n = begin; n < end; ++n) {
+      const double value = voxels[n];
+      if (!std::isfinite(value)) {
+        ++here.not_finite;
+        continue;
+      }
+      here.low = std::min(here.low, value);
+      here.high = std::max(here.high, value);
+    }
+    const std::lock_guard lock(adding);
+    range.low = std::min(range.low, here.low);
+    range.high = std::max(range.high, here.high);
+    range.not_finite += here.not_finite;
+  });
+  return range;
+}
+
+// Equal bins from `low` to `high`.
+struct Bins {
+  double low;
+  std::size_t count;
+  double per_value;
+
+  Bins(double from, double to, int bins)
+      : low(from),
+        count(from == to ? 1 : static_cast<std::size_t>(bins)),
+        per_value(static_cast<double>(count) / (from < to ? to - from : 1)) {}
+  std::size_t at(double value) const {
+    return std::min(count - 1, static_cast<std::size_t>((value - low) * per_value));
+  }
+};
+
+// How many finite values lie in each bin.
+Counts counts_in(const Bins& bins, const float* voxels, std::size_t count) {
+  Counts counts(bins.count);
+  std::mutex adding;
+  parallel_for(count, kPiece, [&](std::size_t begin, std::size_t end) {
+    Counts here(bins.count);
+    for (std::size_t n = begin; n < end; ++n) {
+      if (std::isfinite(voxels[n])) ++here[bins.at(voxels[n])];
+    }
+    const std::lock_guard lock(adding);
+    for (std::size_t n = 0; n < counts.size(); ++n) counts[n] += here[n];
+  });
+  return counts;
+}
+
 }  // namespace
 
 bool holds_labels(const Volume& volume) {
@@ -82,30 +162,27 @@ bool holds_labels(const Volume& volume) {
 
 ValueStatistics value_statistics(const Volume& volume, int bins) {
   ValueStatistics s;
-  visit_voxels(volume, [&](const auto& view) {
-    const std::size_t count = voxel_count(volume);
-    double low = std::numeric_limits<double>::infinity();
-    double high = -low;
-    for (std::size_t n = 0; n < count; ++n) {
-      const double value = static_cast<double>(view.voxels[n]);
-      if (!std::isfinite(value)) {
-        ++s.not_finite;
-        continue;
+  const std::size_t count = voxel_count(volume);
+  visit_voxels(volume, [&]<typename T>(const VolumeView<T>& view) {
+    if constexpr (std::is_integral_v<T>) {
+      constexpr double kLowest = std::numeric_limits<T>::lowest();
+      const Counts counts = counts_of(view.voxels, count);
+      const auto first = std::ranges::find_if(counts, [](std::size_t c) { return c > 0; });
+      const auto last = std::find_if(counts.rbegin(), counts.rend(), [](auto c) { return c > 0; });
+      s.min = kLowest + static_cast<double>(first - counts.begin());
+      s.max = kLowest + static_cast<double>(counts.rend() - last - 1);
+      const Bins of(s.min, s.max, bins);
+      s.histogram.assign(of.count, 0);
+      for (auto at = first; at != last.base(); ++at) {
+        s.histogram[of.at(kLowest + static_cast<double>(at - counts.begin()))] += *at;
       }
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
-    if (low > high) return;
-    s.min = low;
-    s.max = high;
-    s.histogram.assign(low == high ? 1 : static_cast<std::size_t>(bins), 0);
-    const double per_value =
-        static_cast<double>(s.histogram.size()) / (high > low ? high - low : 1);
-    const std::size_t last = s.histogram.size() - 1;
-    for (std::size_t n = 0; n < count; ++n) {
-      const double value = static_cast<double>(view.voxels[n]);
-      if (!std::isfinite(value)) continue;
-      ++s.histogram[std::min(last, static_cast<std::size_t>((value - low) * per_value))];
+    } else {
+      const Range range = range_of(view.voxels, count);
+      s.not_finite = range.not_finite;
+      if (range.low > range.high) return;
+      s.min = range.low;
+      s.max = range.high;
+      s.histogram = counts_in(Bins(s.min, s.max, bins), view.voxels, count);
     }
   });
   return s;

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numeric>
 
@@ -23,6 +25,36 @@ TEST(Statistics, values_that_are_no_number_are_counted_apart) {
   EXPECT_EQ(s.not_finite, 2u);
   EXPECT_EQ(std::accumulate(s.histogram.begin(), s.histogram.end(), std::size_t{0}), 3u);
   EXPECT_EQ(value_statistics(line_of({NAN})).not_finite, 1u);
+}
+
+// The definition, voxel by voxel, for more voxels than one thread is given at a stroke.
+TEST(Statistics, every_type_is_counted_as_one_voxel_after_the_other_is) {
+  const auto check = []<typename T>(T, int low, int high) {
+    Volume volume;
+    volume.dims = {211, 199, 113};
+    std::vector<T> voxels(std::size_t{211} * 199 * 113);
+    for (std::size_t n = 0; n < voxels.size(); ++n) {
+      const auto at = static_cast<int>(n * 2654435761u % static_cast<unsigned>(high - low + 1));
+      voxels[n] = static_cast<T>(low + at);
+    }
+    voxels.front() = static_cast<T>(low);
+    voxels.back() = static_cast<T>(high);
+    std::vector<std::size_t> expected(50);
+    for (const T voxel : voxels) {
+      const double at = (static_cast<double>(voxel) - low) * (50.0 / (high - low));
+      ++expected[std::min<std::size_t>(49, static_cast<std::size_t>(at))];
+    }
+    volume.voxels = voxels;
+    const ValueStatistics s = value_statistics(volume, 50);
+    EXPECT_EQ(s.min, low);
+    EXPECT_EQ(s.max, high);
+    EXPECT_EQ(s.histogram, expected);
+  };
+  check(std::uint8_t{}, 3, 255);
+  check(std::int16_t{}, -32768, 32767);
+  check(std::int16_t{}, -1024, 3071);
+  check(std::uint16_t{}, 0, 65535);
+  check(float{}, -700, 900);
 }
 
 TEST(Statistics, otsu_parts_two_clusters_in_the_middle) {
