@@ -15,6 +15,8 @@ constexpr int kMost = 16;  // points at once
 
 // How far from a point's tangent plane samples may lie, in edges of blocks.
 constexpr float kThickness = 0.5f;
+// The same for another sheet of a mesh: where two of them lie in one plane, the seam is not seen.
+constexpr float kOtherThickness = 0.02f;
 // Points go together where they are no further apart.
 constexpr float kTogether = 1;
 
@@ -22,6 +24,7 @@ constexpr float kTogether = 1;
 struct Points {
   int count = 0;
   std::int32_t surface = 0;
+  std::uint32_t sheet = 0;
   std::array<float, kMost> x, y, z;                       // in blocks, from `origin`
   std::array<float, kMost> normal_x, normal_y, normal_z;  // outside
   std::array<float, kMost> across_x, across_y, across_z;  // the same as a covector in blocks
@@ -43,7 +46,8 @@ Weights weights_of(const SampleSite& site, const Points& points) {
              oy = static_cast<float>(site.in_blocks.y - points.origin.y),
              oz = static_cast<float>(site.in_blocks.z - points.origin.z);
   constexpr float kScale = 1 / (PixelBlend::kReach * PixelBlend::kReach);
-  constexpr float kPlaneScale = 1 / (kThickness * kThickness);
+  const float thickness = site.sheet == points.sheet ? kThickness : kOtherThickness;
+  const float plane_scale = 1 / (thickness * thickness);
   Weights weights;
   for (std::size_t n = 0; n < kMost; ++n) {
     const float dx = ox - points.x[n], dy = oy - points.y[n], dz = oz - points.z[n];
@@ -53,7 +57,7 @@ Weights weights_of(const SampleSite& site, const Points& points) {
                            site.normal.z * points.normal_z[n]);
     const float square = likeness * likeness;
     weights[n] = falling(kScale * (dx * dx + dy * dy + dz * dz)) *
-                 falling(kPlaneScale * off * off) * square * square * square * square;
+                 falling(plane_scale * off * off) * square * square * square * square;
   }
   return weights;
 }
@@ -89,6 +93,7 @@ class PixelBlend::Finder {
     Vec3 in_blocks;
     Vec3 outward;
     SeenSide side;
+    std::uint32_t sheet;
   };
 
   Met met(std::int32_t surface, Vec3 position, Vec3 normal, Vec3 to_eye,
@@ -100,7 +105,10 @@ class PixelBlend::Finder {
     const Vec3 outward = turned ? -normal : normal;
     const bool inside =
         of.mesh() ? is_inside(of, position, point, outward, -to_eye) : dot(out, to_eye) < 0;
-    return {samples_.in_blocks(surface, position), outward, {inside, turned != inside}};
+    return {samples_.in_blocks(surface, position),
+            outward,
+            {inside, turned != inside},
+            samples_.sheet(surface, point)};
   }
 
   void find_block(std::size_t place, std::uint32_t hits, Piece& piece) {
@@ -118,11 +126,13 @@ class PixelBlend::Finder {
       std::array<std::size_t, kBlock> members;
       Points points;
       points.surface = buffer_.surface[place + first];
+      points.sheet = all[first].sheet;
       points.origin = all[first].in_blocks;
       for (std::uint32_t rest = hits; rest != 0; rest &= rest - 1) {
         const auto n = static_cast<std::size_t>(std::countr_zero(rest));
         const Vec3 from_origin = all[n].in_blocks - points.origin;
-        if (buffer_.surface[place + n] != points.surface || length(from_origin) > kTogether) {
+        if (buffer_.surface[place + n] != points.surface || all[n].sheet != points.sheet ||
+            length(from_origin) > kTogether) {
           continue;
         }
         members[static_cast<std::size_t>(points.count)] = n;
@@ -139,6 +149,7 @@ class PixelBlend::Finder {
     Points points;
     points.surface = point.surface;
     const Met at = met(point.surface, point.position, {nx, ny, nz}, {ex, ey, ez}, point.point);
+    points.sheet = at.sheet;
     points.origin = at.in_blocks;
     add(points, at);
     weigh(points);
@@ -217,7 +228,7 @@ class PixelBlend::Finder {
     const Vec3 at = points.origin + Vec3{points.x[n], points.y[n], points.z[n]};
     const Vec3 outward{points.normal_x[n], points.normal_y[n], points.normal_z[n]};
     const std::uint32_t sample =
-        samples_.find_in_blocks(points.surface, at, outward, points.side[n]);
+        samples_.find_in_blocks(points.surface, at, points.sheet, outward, points.side[n]);
     if (sample == SurfaceSamples::kNone) return;
     weighed_of(sample).weights[n] += least - sums_[n];
     sums_[n] = least;

@@ -168,7 +168,7 @@ void TransportLinks::trace(LinkRays& rays) const {
       side.inside = stays ? from_.side(rays.sample[n]).inside
                           : is_inside(surface, position, hits.point[n], outward, ray.direction);
       side.flipped = turned != side.inside;
-      const std::uint32_t found = to_.find(hits.surface[n], position, outward, side);
+      const std::uint32_t found = to_.find(hits.surface[n], position, hits.point[n], outward, side);
       link = found == SurfaceSamples::kNone ? kDark : found;
     }
   }

@@ -259,7 +259,7 @@ double arriving_at(bool at_small, const Method& method) {
 }
 
 TEST(Transport, what_one_square_sends_to_another_it_would_get_from_it) {
-  // Squares in blue have an albedo of a quarter all over.
+  // Squares have the same albedo all over in blue.
   const auto by_transport = [](const Scene& scene, const auto& use) {
     const Lit lit(scene);
     use(lit.buffer, lit.indirect);
@@ -276,6 +276,33 @@ TEST(Transport, what_one_square_sends_to_another_it_would_get_from_it) {
   EXPECT_NEAR(up, down, 0.02 * up);
   EXPECT_NEAR(arriving_at(true, by_transport), up, 0.02 * up);
   EXPECT_NEAR(arriving_at(false, by_transport), up, 0.02 * up);
+}
+
+TEST(Transport, a_sheet_close_under_another_does_not_show_the_dark_between_them) {
+  // A lamp's square under a ceiling, as in the Cornell box, nearer than half a block of samples
+  // (the root of its area / 160,000: 0.05). Both see the floor, but what of the ceiling is behind
+  // the square sees nothing.
+  Mesh ceiling = square(12, 10, true);
+  const Mesh lamp = square(11.99, 4, true);
+  for (const auto& [a, b, c] : lamp.triangles) ceiling.triangles.push_back({a + 4, b + 4, c + 4});
+  ceiling.positions.insert(ceiling.positions.end(), lamp.positions.begin(), lamp.positions.end());
+  ceiling.colors.insert(ceiling.colors.end(), lamp.colors.begin(), lamp.colors.end());
+  ceiling.parts = {{0, 4, 0}};
+  json settings = settings_of({{"input", 1}}, {{{"kind", "directional"}, {"to", {0, 0, 1}}}}, 1);
+  settings["shadows"] = "off";
+  settings["camera"] = {{"eye", {0, 0, 6}},
+                        {"target", {0, 0, 12}},
+                        {"up", {0, 1, 0}},
+                        {"projection", "orthographic"},
+                        {"height", 7}};
+  const Lit lit(scene_of({mesh(square(0, 10, false)), mesh(std::move(ceiling))}, settings));
+  // In the middle, the floor's form factor of 0.464 (a square of 20 seen from 12) times its albedo
+  // in blue, 1/2 * 1/4; at the square's corner 0.421.
+  const int hits = each_hit(lit.buffer, [&](std::size_t place) {
+    EXPECT_GT(lit.indirect.pixels.at(place).b, 0.41 / 8);
+    EXPECT_LT(lit.indirect.pixels.at(place).b, 0.475 / 8);
+  });
+  EXPECT_EQ(hits, kTestSize * kTestSize);
 }
 
 TEST(Transport, turned_towards_the_light_a_point_receives_more_and_under_even_light_the_same) {
