@@ -42,21 +42,27 @@ void blend_block(std::span<const BlendShare> shares, const SlopedLight* of_sampl
   for (std::size_t first = 0; first < BlendShare::kPixels; first += hn::Lanes(kF)) {
     const VF x = hn::LoadU(kF, normals[0] + first), y = hn::LoadU(kF, normals[1] + first),
              z = hn::LoadU(kF, normals[2] + first);
-    VF r = hn::Zero(kF), g = r, b = r, sky = r;
+    VF r = hn::Zero(kF), g = r, b = r, sky = r, weights = r;
     for (const BlendShare& share : shares) {
       const SlopedLight& light = of_samples[share.sample];
       const VF weight =
           hn::ConvertTo(kF, hn::PromoteTo(kI, hn::LoadU(kU16, share.weight.data() + first)));
+      weights = hn::Add(weights, weight);
       r = hn::MulAdd(weight, turned(light, 0, x, y, z), r);
       g = hn::MulAdd(weight, turned(light, 1, x, y, z), g);
       b = hn::MulAdd(weight, turned(light, 2, x, y, z), b);
       sky = hn::MulAdd(weight, turned(light, 3, x, y, z), sky);
     }
-    const VF scale = hn::Set(kF, 1.0f / BlendShare::kWhole), zero = hn::Zero(kF);
-    hn::StoreU(hn::Max(zero, hn::Mul(r, scale)), kF, to[0] + first);
-    hn::StoreU(hn::Max(zero, hn::Mul(g, scale)), kF, to[1] + first);
-    hn::StoreU(hn::Max(zero, hn::Mul(b, scale)), kF, to[2] + first);
-    hn::StoreU(hn::Min(hn::Set(kF, 1.0f), hn::Max(zero, hn::Mul(sky, scale))), kF, to[3] + first);
+    const VF zero = hn::Zero(kF), one = hn::Set(kF, 1.0f);
+    const auto is_shown = hn::Gt(weights, zero);
+    const auto light_of = [&](VF sum) HWY_ATTR {
+      const VF light = hn::Mul(sum, hn::Set(kF, 1.0f / BlendShare::kWhole));
+      return hn::IfThenElseZero(is_shown, hn::Max(zero, light));
+    };
+    hn::StoreU(light_of(r), kF, to[0] + first);
+    hn::StoreU(light_of(g), kF, to[1] + first);
+    hn::StoreU(light_of(b), kF, to[2] + first);
+    hn::StoreU(hn::Min(one, light_of(sky)), kF, to[3] + first);
   }
 }
 
@@ -81,6 +87,7 @@ void blend_plainly(std::span<const BlendShare> shares, const SlopedLight* of_sam
   for (std::size_t n = 0; n < BlendShare::kPixels; ++n) {
     SampleLight sum{};
     for (const BlendShare& share : shares) {
+      if (share.weight[n] == 0) continue;
       const auto& [mean, slope] = of_samples[share.sample];
       for (std::size_t c = 0; c < sum.size(); ++c) {
         float turned = mean[c];

@@ -28,7 +28,8 @@ struct BlendShare {
 };
 
 /// The light at the pixels of a block, in lanes. `normals`: x, y and z, and `to`: a number of
-/// SampleLight each, of all pixels of the block.
+/// SampleLight each, of all pixels of the block. Where no share has a weight the light is 0, and
+/// the normal may be anything.
 void blend(std::span<const BlendShare> shares, const SlopedLight* of_samples,
            const std::array<const float*, 3>& normals, float* const (&to)[4]);
 /// The same plainly.
