@@ -142,7 +142,7 @@ class WrongCommands(Refusals):
         for words in (["--indirect-memory", "500M"],
                       ["--transfer", "ct-head"], ["--clip", "at=0:0:0,normal=0:0:1"],
                       ["--bounces", "2"], ["--error", "0.1"],
-                      ["--spp", "16"], ["--seed", "1"]):
+                      ["--spp", "16"], ["--seed", "1"], ["--denoise", "on"]):
             self.usage(*words, about=words[0])
 
     def test_indirect_light_that_does_not_fit_its_memory_is_refused(self):
@@ -155,7 +155,7 @@ class WrongCommands(Refusals):
         self.usage("--isa", "neon", about="--isa")
 
     def test_what_later_versions_will_do_may_be_said_to_be_off(self):
-        self.render("phantom:sphere,size=9", size="8x8", indirect="off")
+        self.render("phantom:sphere,size=9", size="8x8", indirect="off", denoise="off")
 
     def test_an_output_must_be_named_and_be_png_or_exr(self):
         self.refused("render", "phantom:sphere", status=USAGE, about="--output")

@@ -47,6 +47,11 @@ EFFECTS = {
         "light": "point,at=30:-60:20", "ambient": "0.1:0.2:0.3", "shadows": "on",
         "indirect": "path", "bounces": 3, "spp": 8,
         "camera": "eye=60:-50:40,target=8:7:6,fov=20"}),
+    "denoised indirect light": (["blob.nrrd"], {
+        "size": "48x64", "surface": ["iso=300,kd=0.5:0.6:0.7", "iso=0,opacity=0.5"],
+        "light": "point,at=30:-60:20", "ambient": "0.1:0.2:0.3", "shadows": "on",
+        "indirect": "path", "bounces": 3, "spp": 2, "denoise": "on",
+        "camera": "eye=60:-50:40,target=8:7:6,fov=20"}),
 }
 # Printed without numbers to work out.
 GIVEN = {"V", "E", "E1", "E2", "E3", "background as far as it is seen",
@@ -188,6 +193,28 @@ class Explain(TestCase):
                 self.assert_near(exr.triple("", x, y), seen["total"], 3e-6, 3e-6)
             self.assertGreater(most_layers, 1)
             self.assertGreater(len(shares), 1)  # lit, and in shadow or dimmed
+
+    def test_the_places_of_the_first_bounce_are_told_in_text_and_json_by_their_shares(self):
+        inputs, options = EFFECTS["indirect light"]
+        named = 0
+        for pixel in [(x, y) for x in range(4, 48, 8) for y in range(4, 64, 8)]:
+            seen = self.explained(*inputs, pixel=pixel, **options)
+            self.assertEqual("first_bounce" in seen, seen["hit"])
+            if not seen["hit"]:
+                continue
+            first = seen["first_bounce"]
+            shares = [sender["share"] for sender in first["senders"]]
+            self.assertEqual(shares, sorted(shares, reverse=True))
+            self.assertLessEqual(len(shares), 8)
+            self.assertLessEqual(sum(shares) + first["sky"], 1 + 1e-9)
+            told = re.findall(r"^    ([\d.]+) % from surface (\d+) at \((.*)\), ",
+                              self.text(inputs, options, pixel), re.M)
+            self.assertEqual([(f"{round(1000 * s['share']) / 10:g}", str(s["surface"]),
+                               [f"{c:.9g}" for c in s["position"]]) for s in first["senders"]],
+                             [(share, surface, [f"{float(c):.9g}" for c in at.split(", ")])
+                              for share, surface, at in told])
+            named += len(shares)
+        self.assertGreater(named, 20)
 
     def test_json_has_at_least_nine_significant_digits(self):
         seen = self.explained("phantom:sphere", pixel=(30, 25), size="64x64")

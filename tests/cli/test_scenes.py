@@ -21,6 +21,7 @@ RICH = {"size": "40x32", "surface": ["iso=0,ka=0.1:0.2:0.3,kd=0.9:0.6:0.5,shinin
 # Shadows, a mirror and a translucent surface.
 EFFECTS = {**RICH, "surface": ["iso=0,kr=0.5:0.4:0.3,opacity=0.6", "iso=300,kr=0.2:0.2:0.2"],
            "shadows": "on", "indirect": "path", "spp": 4}
+DENOISED = {**EFFECTS, "denoise": "on"}
 TRANSPORT = {**RICH, "shadows": "on", "indirect": "transport"}
 
 
@@ -346,6 +347,8 @@ class NoSilentSwitch(BlobCase):
         "indirect-memory": ({"indirect": "transport"},
                             {"indirect": "transport", "indirect-memory": "60k"}),
         "seed": ({"indirect": "path", "seed": 1}, {"indirect": "path", "seed": 2}),
+        "denoise": ({"indirect": "path", "spp": 4},
+                    {"indirect": "path", "spp": 4, "denoise": "on"}),
         "camera.height": (
             {"camera": "eye=60:-50:40,target=8:7:6,projection=orthographic,height=20"},
             {"camera": "eye=60:-50:40,target=8:7:6,projection=orthographic,height=21"}),
@@ -418,6 +421,7 @@ class NoSilentSwitch(BlobCase):
 class SameBytes(BlobCase):
     def test_any_number_of_threads_makes_the_same_bytes(self):
         scenes = [(["blob.nrrd"], RICH), (["blob.nrrd"], EFFECTS), (["blob.nrrd"], TRANSPORT),
+                  (["blob.nrrd"], DENOISED),
                   (["phantom:marschner-lobb"], {"size": "64x64"}),
                   (["phantom:head,size=48"], {"size": "50x70", "surface": ["iso=-300", "iso=300"]})]
         for inputs, options in scenes:
@@ -431,6 +435,7 @@ class SameBytes(BlobCase):
         lamp = {"light": ["point,at=40:-300:200,falloff=inverse-square,reference=300",
                           "directional,to=1:-1:0.5,color=1:0.5:0.2"]}
         scenes = [(["blob.nrrd"], RICH), (["blob.nrrd"], EFFECTS), (["blob.nrrd"], TRANSPORT),
+                  (["blob.nrrd"], DENOISED),
                   (["phantom:marschner-lobb"], {"size": "65x63"}),
                   (["phantom:sphere"], {"size": "64x64", "camera":
                                         "view=top,projection=orthographic", **lamp}),

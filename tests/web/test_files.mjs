@@ -74,7 +74,7 @@ check('a mesh with its materials is opened, drawn as isolux render draws it, and
   await page.getByRole('button', { name: 'Scan: cornell_box.obj and 1 more' }).waitFor();
   await isRenderedFrom(page, join(meshes, 'cornell_box.obj'));
   await page.getByRole('slider', { name: 'kd diffuse', exact: true }).press('PageDown');
-  await page.locator('#view-section summary').click();
+  await page.getByRole('button', { name: 'View', exact: true }).click();
   await page.getByRole('radio', { name: 'rasteriser' }).check();
   await isRenderedFrom(page, join(meshes, 'cornell_box.obj'));
   const changed = await pixels(page);

@@ -65,6 +65,32 @@ check('with Shift the lamp moves over the surface', async (page) => {
   assert.notDeepEqual(await place(), before);
 });
 
+check('when told so, a drag without Shift moves the lamp and a click puts it there', async (page) => {
+  const kept = () => page.evaluate(() => {
+    const { scene } = JSON.parse(sessionStorage.getItem('isolux')).edited;
+    return [scene.light[0].at, scene.camera];
+  });
+  const [lamp, camera] = await kept();
+  const box = await page.locator('.picture').boundingBox();
+  const [cx, cy] = [box.x + box.width / 2, box.y + box.height / 2];
+  await page.keyboard.press('m');
+  await page.mouse.move(cx, cy);
+  await page.mouse.down();
+  await page.mouse.move(cx + 40, cy, { steps: 5 });
+  await page.mouse.up();
+  await settled(page);
+  const [dragged, sameCamera] = await kept();
+  assert.notDeepEqual(dragged, lamp);
+  assert.deepEqual(sameCamera, camera);
+  await page.mouse.click(cx - 40, cy);
+  await settled(page);
+  assert.notDeepEqual((await kept())[0], dragged);
+  assert.equal(await page.getByTestId('explained-pixel').count(), 0);
+  await page.keyboard.press('m');
+  await page.mouse.click(cx, cy);
+  await page.getByTestId('explained-pixel').waitFor();
+});
+
 check('lamps are added, turned into voxels and removed, and each step is undone', async (page) => {
   const lamps = page.locator('.lamps li');
   await page.getByRole('button', { name: 'Add', exact: true }).click();

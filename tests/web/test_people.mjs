@@ -4,7 +4,7 @@ import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { after, before, test } from 'node:test';
 import {
-  closeBrowser, openBrowser, patience, pixels, settled, startViewer, withPage,
+  closeBrowser, isolux, openBrowser, patience, phone, pixels, savedScene, settled, startViewer, withPage,
 } from './viewer.mjs';
 
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
@@ -71,10 +71,6 @@ check('Tab reaches every control in the order in which it is seen', async (page)
   assert.deepEqual(wanted.map(at), wanted.map(at).sort((a, b) => a - b));
 });
 
-const phone = {
-  viewport: { width: 390, height: 844 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true,
-};
-
 check('on a phone the x slider is always there, and the controls open over the picture', async (page) => {
   const x = page.locator('#lamp-x-first');
   assert.ok(await x.isVisible());
@@ -82,8 +78,12 @@ check('on a phone the x slider is always there, and the controls open over the p
   await page.getByRole('button', { name: 'View', exact: true }).tap();
   assert.ok(await page.getByRole('button', { name: 'left' }).isVisible());
   assert.ok(await x.isVisible());
-  const width = await page.evaluate(() => document.documentElement.scrollWidth);
-  assert.equal(width, 390, 'nothing sticks out');
+  await page.locator('.picture').press('/');
+  for (const control of await page.locator('button:visible, select:visible, input:visible').all()) {
+    const { x: left, width } = await control.boundingBox();
+    assert.ok(left >= 0 && left + width <= 390, `nothing sticks out: ${await control.innerText()}`);
+  }
+  await page.locator('.picture').press('/');
   await settled(page);
   const { size } = await pixels(page);
   assert.equal(size[0], 3 * 390, 'a pixel of the picture is one of the display');
@@ -96,12 +96,40 @@ check('on a phone the x slider is always there, and the controls open over the p
 const camera = (page) =>
   page.evaluate(() => JSON.parse(sessionStorage.getItem('isolux')).edited.scene.camera);
 
-check('two fingers move and zoom, about the point between them', async (page) => {
+const fingersOn = async (page) => {
   const touch = await page.context().newCDPSession(page);
+  return (type, ...points) =>
+    touch.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
+};
+const lampPlace = (page) =>
+  page.evaluate(() => JSON.parse(sessionStorage.getItem('isolux')).edited.scene.light[0].at);
+
+check('on a phone one finger takes the lamp over the surface when told so', async (page) => {
+  const fingers = await fingersOn(page);
   const box = await page.locator('.picture').boundingBox();
   const [cx, cy] = [box.x + box.width / 2, box.y + box.height / 2];
-  const fingers = (type, ...points) =>
-    touch.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
+  const slide = async () => {
+    await fingers('touchStart', [cx, cy]);
+    for (let n = 1; n <= 5; ++n) await fingers('touchMove', [cx + 8 * n, cy]);
+    await fingers('touchEnd');
+    await settled(page);
+  };
+  const [lamp, eye] = [await lampPlace(page), await camera(page)];
+  await page.getByRole('radio', { name: 'Move lamp' }).check({ force: true });
+  await slide();
+  const moved = await lampPlace(page);
+  assert.notDeepEqual(moved, lamp);
+  assert.deepEqual(await camera(page), eye);
+  await page.getByRole('radio', { name: 'Orbit' }).check({ force: true });
+  await slide();
+  assert.deepEqual(await lampPlace(page), moved);
+  assert.notDeepEqual(await camera(page), eye);
+}, phone);
+
+check('two fingers move and zoom, about the point between them', async (page) => {
+  const fingers = await fingersOn(page);
+  const box = await page.locator('.picture').boundingBox();
+  const [cx, cy] = [box.x + box.width / 2, box.y + box.height / 2];
   const distance = ({ eye, target }) => Math.hypot(...eye.map((v, n) => v - target[n]));
   const before = await camera(page);
   await fingers('touchStart', [cx - 40, cy], [cx + 40, cy]);
@@ -119,25 +147,85 @@ check('two fingers move and zoom, about the point between them', async (page) =>
   assert.ok(moved.target[2] > zoomed.target[2] + 1, 'the picture goes down, the eye up');
 }, phone);
 
-check('at the start the head fills the window, whatever its shape', async (page) => {
-  const part = () => page.evaluate(() => {
-    const canvas = document.querySelector('.picture canvas');
-    const { width, height } = canvas;
-    const { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
-    const different = (x, y) => data[4 * (y * width + x)] !== data[0];
-    const columns = [...Array(width).keys()].filter((x) => [...Array(height).keys()].some((y) => different(x, y)));
-    const rows = [...Array(height).keys()].filter((y) => [...Array(width).keys()].some((x) => different(x, y)));
-    return [(columns.at(-1) - columns[0]) / width, (rows.at(-1) - rows[0]) / height];
-  });
+/** How much of the picture's width or height the head takes, whichever is more. */
+const filledShare = (page) => page.evaluate(() => {
+  const canvas = document.querySelector('.picture canvas');
+  const { width, height } = canvas;
+  const { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
+  const different = (x, y) => data[4 * (y * width + x)] !== data[0];
+  const columns = [...Array(width).keys()].filter((x) => [...Array(height).keys()].some((y) => different(x, y)));
+  const rows = [...Array(height).keys()].filter((y) => [...Array(width).keys()].some((x) => different(x, y)));
+  return Math.max((columns.at(-1) - columns[0]) / width, (rows.at(-1) - rows[0]) / height);
+});
+
+check('the head fills the window at the start, whatever its shape, until a hand zooms', async (page) => {
   for (const shape of [{ width: 1200, height: 500 }, { width: 800, height: 900 }]) {
     await page.setViewportSize(shape);
     await settled(page);
-    await page.locator('.picture').press('1');
-    await settled(page);
-    const largest = Math.max(...(await part()));
+    await settled(page); // once it has been moved
+    const largest = await filledShare(page);
     assert.ok(Math.abs(largest - 0.9) < 0.03, `${largest} of ${JSON.stringify(shape)}`);
   }
+  await page.locator('.picture').press('-');
+  await settled(page);
+  const zoomed = await filledShare(page);
+  assert.ok(zoomed < 0.86);
+  await page.setViewportSize({ width: 800, height: 700 });
+  await settled(page);
+  await settled(page);
+  assert.ok((await filledShare(page)) < 0.89);
+  await page.getByRole('button', { name: 'Fit', exact: true }).click();
+  await settled(page);
+  assert.ok((await filledShare(page)) > 0.87);
 });
+
+check('on a phone the head fills what the open controls leave of the picture', async (page) => {
+  await page.getByRole('button', { name: 'Surface', exact: true }).tap();
+  await settled(page);
+  await settled(page);
+  const box = await page.locator('.picture').boundingBox();
+  assert.ok(box.height > 0.4 * phone.viewport.height, `${box.height}`);
+  assert.ok((await filledShare(page)) > 0.87);
+}, phone);
+
+check('an explanation stays with its point when the window changes its shape', async (page) => {
+  const box = await page.locator('.picture').boundingBox();
+  await page.mouse.click(box.x + 0.4 * box.width, box.y + 0.4 * box.height);
+  const where = async () => {
+    const text = await page.getByTestId('explained-pixel').textContent();
+    const [, x, y] = /Pixel (\d+), (\d+)/.exec(text);
+    const scene = await savedScene(page);
+    return JSON.parse(isolux('explain', '--scene', scene, '--json', '--pixel', `${x},${y}`)).position;
+  };
+  const before = await where();
+  await page.setViewportSize({ width: 1100, height: 600 });
+  await settled(page);
+  await settled(page);
+  const now = await where();
+  before.forEach((v, n) => assert.ok(Math.abs(v - now[n]) < 2, `${before} ${now}`)); // a pixel or so
+});
+
+check('all headings of the controls are in sight at a desk, and what was folded stays so', async (page) => {
+  const names = ['Lamp', 'Surface', 'Light', 'View', 'Explain'];
+  const heading = (name) => page.getByRole('heading', { name, level: 2 }).getByRole('button');
+  await heading('Light').click();
+  await heading('View').click(); // more than there is room for
+  for (const scrolled of [0, 250, 1000]) {
+    await page.locator('.sections').evaluate((one, y) => one.scrollTo(0, y), scrolled);
+    for (const name of names) {
+      const box = await heading(name).boundingBox();
+      assert.ok(box.y >= 44 && box.y + box.height <= 900, `${name} ${box.y}`);
+    }
+  }
+  await page.locator('.sections').evaluate((one) => one.scrollTo(0, 0));
+  await heading('Lamp').click();
+  const states = () => Promise.all(names.map((name) => heading(name).getAttribute('aria-expanded')));
+  const folded = ['false', 'true', 'true', 'true', 'false'];
+  assert.deepEqual(await states(), folded);
+  await page.reload();
+  await settled(page);
+  assert.deepEqual(await states(), folded);
+}, { viewport: { width: 1440, height: 900 } });
 
 check('what a newcomer is told goes away once it was done, for good', async (page) => {
   const hints = page.locator('.hint-lines li');
@@ -157,11 +245,7 @@ for (const [name, options] of [
   ['on a phone', phone],
 ]) {
   check(`a screen reader finds names, roles and contrast everywhere (${name})`, async (page) => {
-    for (const part of ['light', 'view']) {
-      await page.evaluate((id) => {
-        document.querySelector(`#${id}-section`).open = true;
-      }, part);
-    }
+    for (const name of ['Light', 'View']) await page.getByRole('button', { name, exact: true }).click();
     await page.keyboard.press('e');
     await page.getByTestId('explained-pixel').waitFor({ state: 'attached' });
     await page.keyboard.press('/');

@@ -108,11 +108,15 @@ export async function withPage(viewer, name, work, options) {
   }
 }
 
-/** The picture as it stands in the page, or of a PNG file's bytes: size, a checksum of its pixels,
- * and how many of them are bright. */
-export const pixels = (page, png) =>
-  page.evaluate(async (base64) => {
-    let canvas = document.querySelector('.picture canvas');
+export const phone = {
+  viewport: { width: 390, height: 844 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true,
+};
+
+/** The picture as it stands in the page (of a split, half 0 or 1), or of a PNG file's bytes: size, a
+ * checksum of its pixels, and how many of them are bright. */
+export const pixels = (page, png, half = 0) =>
+  page.evaluate(async ([base64, n]) => {
+    let canvas = document.querySelectorAll('.picture canvas')[n];
     if (base64) {
       const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
       const blob = new Blob([bytes], { type: 'image/png' });
@@ -128,7 +132,7 @@ export const pixels = (page, png) =>
       checksum: [...digest].join(' '),
       bright: data.filter((value, n) => n % 4 === 0 && value > 100).length,
     };
-  }, png?.toString('base64'));
+  }, [png?.toString('base64'), half]);
 
 /** The scene as the page has it now, written to a file. */
 export const savedScene = (page) =>

@@ -50,6 +50,13 @@ export interface ExplainedLayer {
   total: Vec3;
 }
 
+/** A place that sends light to the point, and the share of the first bounce that comes from it. */
+export interface Sender {
+  surface: number;
+  position: Vec3;
+  share: number;
+}
+
 export interface Explanation {
   pixel: [number, number];
   hit: boolean;
@@ -62,6 +69,9 @@ export interface Explanation {
   lights: LightExplanation[];
   layers: ExplainedLayer[];
   indirect: Vec3;
+  /** With indirect light: what each bounce adds to E, and where the first one comes from. */
+  bounces?: Vec3[];
+  first_bounce?: { light: number; sky: number; senders: Sender[] };
   mirror: Vec3;
   background: Vec3;
   total: Vec3;

@@ -211,24 +211,3 @@ export function MenuItem(props: {
     </button>
   );
 }
-
-/** A part of the dock that opens and closes. */
-export function Section(props: {
-  id: string;
-  title: string;
-  open?: boolean;
-  onToggle?: (open: boolean) => void;
-  children: ComponentChildren;
-}) {
-  return (
-    <details
-      class="section"
-      id={props.id}
-      open={props.open}
-      onToggle={(event) => props.onToggle?.(event.currentTarget.open)}
-    >
-      <summary>{props.title}</summary>
-      <div class="content">{props.children}</div>
-    </details>
-  );
-}

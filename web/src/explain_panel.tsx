@@ -54,6 +54,15 @@ function terms(why: Explanation): Term[] {
   return all.filter(({ value }, n) => n < 3 || value.some((v) => v !== 0));
 }
 
+/** What comes from everywhere: the ambient term, or what has been computed in its place. */
+function evenLight(why: Explanation, material: { ka: Vec3; kd: Vec3 }, c: number): string {
+  if (!why.bounces) {
+    return tinted('ambient', `${n3(material.ka[c] ?? 0)} \\cdot ${n3(why.ambient_light[c] ?? 0)}`);
+  }
+  const e = why.bounces.reduce((sum, one) => sum + (one[c] ?? 0), 0);
+  return tinted('indirect', `${n3(material.kd[c] ?? 0)} \\cdot ${n3(e)}`);
+}
+
 /** The sums of one lamp in one channel, with the numbers put in. */
 function numbersPutIn(
   why: Explanation,
@@ -72,7 +81,7 @@ function numbersPutIn(
   const phong =
     one.cos_theta > 0 ? `${n3(Math.max(0, one.cos_phi))}^{${material.shininess}}` : '0';
   return String.raw`\begin{aligned}
-    I_{\mathrm{${name}}} ={}& ${tinted('ambient', `${n3(material.ka[c] ?? 0)} \\cdot ${n3(why.ambient_light[c] ?? 0)}`)}
+    I_{\mathrm{${name}}} ={}& ${evenLight(why, material, c)}
     + ${tinted('diffuse', `${n3(material.kd[c] ?? 0)} \\cdot ${n3(intensity)} \\cdot ${n3(Math.max(0, one.cos_theta))}${factor}`)}\\
     &+ ${tinted('specular', `${n3(material.ks[c] ?? 0)} \\cdot ${n3(intensity)} \\cdot ${phong}${factor}`)}${why.lights.length > 1 ? String.raw`\\&+ \text{other lamps}` : ''}\\
     ={}& ${n3(nearest.total[c] ?? 0)} \end{aligned}`;
@@ -187,6 +196,68 @@ function Layers({ why }: { why: Explanation }) {
   );
 }
 
+const vector = (v: Vec3): string => v.map((x) => shortNumber(x)).join(', ');
+
+/** What each bounce of indirect light adds, and where the first one comes from. */
+function Bounces({ why }: { why: Explanation }) {
+  const first = why.first_bounce;
+  if (!why.bounces || !first) return null;
+  const channelMean = (v: Vec3): number => (v[0] + v[1] + v[2]) / 3;
+  const all = why.bounces.map(channelMean);
+  const sum = all.reduce((a, b) => a + b, 0);
+  const percentOf = (share: number): string => `${shortNumber(100 * share)} %`;
+  return (
+    <>
+      <h3>
+        <span class="indirect">indirect</span> = kd E, by bounces
+      </h3>
+      <table class="terms">
+        <tbody>
+          {all.map((value, n) => (
+            <tr key={n}>
+              <th scope="row">bounce {n + 1}</th>
+              <td>{fixed(value, 4)}</td>
+              <td>{sum > 0 ? percentOf(value / sum) : '–'}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+      {first.light > 0 && (
+        <>
+          <h3>Where the first bounce comes from</h3>
+          <table class="terms senders-table">
+            <thead>
+              <tr>
+                <th scope="col">place</th>
+                <th scope="col">at, mm</th>
+                <th scope="col">share</th>
+              </tr>
+            </thead>
+            <tbody>
+              {first.senders.map(({ position, surface, share }, n) => (
+                <tr key={n}>
+                  <th scope="row">
+                    {n + 1} <small>surface {surface}</small>
+                  </th>
+                  <td>{vector(position)}</td>
+                  <td>{percentOf(share)}</td>
+                </tr>
+              ))}
+              {first.sky > 0 && (
+                <tr>
+                  <th scope="row">open sky</th>
+                  <td />
+                  <td>{percentOf(first.sky)}</td>
+                </tr>
+              )}
+            </tbody>
+          </table>
+        </>
+      )}
+    </>
+  );
+}
+
 function asText(why: Explanation): string {
   const row = (name: string, v: readonly number[]) => `${name} = (${v.map((x) => x.toPrecision(9)).join(', ')})`;
   return [
@@ -205,6 +276,11 @@ function asText(why: Explanation): string {
     ]),
     row('mirror', why.mirror),
     row('indirect', why.indirect),
+    ...(why.bounces ?? []).map((one, n) => row(`  E${n + 1}`, one)),
+    ...(why.first_bounce?.senders ?? []).map(
+      ({ surface, position, share }) =>
+        row(`  ${(100 * share).toPrecision(3)} % of the first bounce from surface ${surface}, p`, position),
+    ),
     row('background', why.background),
     row('total', why.total),
   ].join('\n');
@@ -224,8 +300,8 @@ function Hit({ why, scene }: { why: Explanation; scene: Scene }) {
   return (
     <>
       <Formula
-        name="I equals ka Ia plus, for each lamp, kd I max(0, n dot l) plus ks I max(0, r dot e) to the shininess"
-        tex={String.raw`\begin{aligned} I ={}& ${tinted('ambient', 'k_a I_a')}\\ &+ \textstyle\sum_{\text{lamps}} \big(${tinted('diffuse', String.raw`k_d I\max(0, n \cdot l)`)}\\ &\qquad\quad + ${tinted('specular', String.raw`k_s I\max(0, r \cdot e)^{s}`)}\big) \end{aligned}`}
+        name={`I equals ${why.bounces ? 'kd E' : 'ka Ia'} plus, for each lamp, kd I max(0, n dot l) plus ks I max(0, r dot e) to the shininess`}
+        tex={String.raw`\begin{aligned} I ={}& ${why.bounces ? tinted('indirect', 'k_d E') : tinted('ambient', 'k_a I_a')}\\ &+ \textstyle\sum_{\text{lamps}} \big(${tinted('diffuse', String.raw`k_d I\max(0, n \cdot l)`)}\\ &\qquad\quad + ${tinted('specular', String.raw`k_s I\max(0, r \cdot e)^{s}`)}\big) \end{aligned}`}
       />
       {one && (
         <>
@@ -258,6 +334,7 @@ function Hit({ why, scene }: { why: Explanation; scene: Scene }) {
       <Layers why={why} />
       <Bars all={all} total={why.total} />
       <TermTable all={all} total={why.total} />
+      <Bounces why={why} />
       <p class="hint">
         shown as <span class="swatch" style={{ background: `rgb(${why.display.join(' ')})` }} />{' '}
         {why.display.join(', ')}. Point at a term to see it alone.

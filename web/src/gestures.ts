@@ -4,7 +4,7 @@ import { askAbout } from './explain';
 import { atHandPlace } from './lamps';
 import { used } from './hints';
 import { connection } from './server';
-import { bounds, editLight, editPose, frame, light, mainVolume } from './state';
+import { bounds, editLight, editPose, frame, hand, light, mainVolume } from './state';
 import { add, scale } from './vectors';
 
 const radiansAcross = Math.PI; // a drag over the picture's smaller side
@@ -21,10 +21,15 @@ export const pan = (dx: number, dy: number, height: number): void =>
   editPose('pan', (pose) => panned(pose, dx, dy, height));
 
 let picking = false;
+let next: [number, number] | null = null; // where the hand has gone meanwhile
 
 /** Puts the lamp over what is seen at (x, y), in shares of the picture. */
 async function lampOver(x: number, y: number): Promise<void> {
-  if (picking || x < 0 || x >= 1 || y < 0 || y >= 1) return;
+  if (x < 0 || x >= 1 || y < 0 || y >= 1) return;
+  if (picking) {
+    next = [x, y];
+    return;
+  }
   picking = true;
   try {
     const picked = await connection.pick([x, y]);
@@ -45,8 +50,13 @@ async function lampOver(x: number, y: number): Promise<void> {
     // The connection was cut: the next move asks again.
   } finally {
     picking = false;
+    const there = next;
+    next = null;
+    if (there) void lampOver(...there);
   }
 }
+
+const movesLamp = (event: PointerEvent): boolean => event.shiftKey || hand.value === 'lamp';
 
 /** Follows pointers and the wheel on the picture; gives back how to stop. */
 export function followGestures(place: HTMLElement): () => void {
@@ -94,7 +104,7 @@ export function followGestures(place: HTMLElement): () => void {
       zoom(spread(before) / Math.max(1, spread(event)), ...middle, height);
     } else if (event.buttons & 2 || event.buttons & 4) {
       pan(dx, dy, height);
-    } else if (event.shiftKey) {
+    } else if (movesLamp(event)) {
       void lampOver(...share(event));
     } else {
       const perPixel = radiansAcross / Math.min(width, height);
@@ -105,7 +115,9 @@ export function followGestures(place: HTMLElement): () => void {
   const onUp = (event: PointerEvent) => {
     if (!pointers.delete(event.pointerId) || event.type === 'pointercancel') return;
     const isClick = travelled < clickSlack_px && mostPointers === 1 && event.button === 0;
-    if (isClick && !event.shiftKey) askAbout(...share(event));
+    if (!isClick || event.shiftKey) return;
+    if (movesLamp(event)) void lampOver(...share(event));
+    else askAbout(...share(event));
   };
 
   const onWheel = (event: WheelEvent) => {

@@ -6,8 +6,8 @@ const hands: [string, string][] = [
   ['right-drag, two fingers', 'move it'],
   ['wheel, pinch', 'zoom at the pointer'],
   ['drag a sun', 'move that lamp'],
-  ['Shift-drag', 'move the lamp over the surface'],
-  ['click', 'explain that pixel'],
+  ['Shift-drag, or Move lamp and drag', 'take the lamp over the surface'],
+  ['click, tap', 'explain that pixel'],
   ['Shift on a slider', 'finer'],
   ['double-click, Backspace', 'reset a number'],
 ];
@@ -18,6 +18,7 @@ const keys = (): [string, string][] => [
   ['Shift+arrows', 'move it'],
   ['F', 'fit it to the window'],
   ['L', 'next lamp'],
+  ['M', 'a drag turns the scan, or moves the lamp'],
   ['X Y Z, then arrows', 'move the lamp'],
   ...(honours('shadows') ? ([['S', 'shadows']] as [string, string][]) : []),
   ...(honours('indirect') ? ([['I', 'indirect light']] as [string, string][]) : []),

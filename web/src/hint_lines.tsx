@@ -3,7 +3,7 @@ import { done, type Hint, usedAll } from './hints';
 const lines = (touch: boolean): { hint: Hint; what: string; does: string }[] => [
   { hint: 'lamp', what: 'Drag the sun', does: 'the light follows' },
   { hint: 'explain', what: touch ? 'Tap the picture' : 'Click the picture', does: 'see why that pixel has its colour' },
-  ...(touch ? [] : [{ hint: 'surface' as Hint, what: 'Shift-drag', does: 'the lamp goes over the surface' }]),
+  { hint: 'surface', what: touch ? 'Move lamp, then drag' : 'Shift-drag', does: 'the lamp goes over the surface' },
 ];
 
 export function HintLines() {

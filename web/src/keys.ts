@@ -1,12 +1,13 @@
 // The keyboard, wherever no field wants it.
+import { showSection } from './dock';
 import { moveBy, stopExplaining } from './explain';
 import { saveHere } from './files';
 import { pan, turn, zoom } from './gestures';
 import { besideIndirect } from './light_panel';
 import { setOption } from './option_control';
 import { viewNames } from './scene';
-import { explained, explaining, helpOpen, honours, lamp, redo, scene, undo } from './state';
-import { toggleSplit } from './top_bar';
+import { toggleSplit } from './split';
+import { explained, explaining, hand, helpOpen, honours, lamp, redo, scene, undo } from './state';
 import { fitHere, setView } from './view_panel';
 
 const turnStep = Math.PI / 36;
@@ -21,9 +22,8 @@ const arrows: Record<string, [number, number]> = {
 };
 
 function focusAxis(axis: string): void {
-  const section = document.querySelector<HTMLDetailsElement>('#lamp-section');
-  if (section) section.open = true;
-  document.getElementById('lamp-' + axis)?.focus();
+  showSection('lamp');
+  requestAnimationFrame(() => document.getElementById('lamp-' + axis)?.focus());
 }
 
 function toggle(option: string, on: string): void {
@@ -36,6 +36,9 @@ const pressed: Record<string, () => void> = {
   l: () => {
     const count = scene.value?.light.length ?? 0;
     if (count > 0) lamp.value = (lamp.value + 1) % count;
+  },
+  m: () => {
+    hand.value = hand.value === 'orbit' ? 'lamp' : 'orbit';
   },
   x: () => focusAxis('x'),
   y: () => focusAxis('y'),

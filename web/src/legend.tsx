@@ -1,15 +1,20 @@
 // How to read false colours: a strip of them with its two ends.
+import { comparesIndirect, hasIndirect } from './split';
 import { divider, edited, frame, peek } from './state';
 import { layerName, type Layer } from './scene';
 import type { Legend as LegendData } from './frame';
 import { shortNumber } from './numbers';
+
+/** Beside what lamps send alone, the picture is what indirect light makes of it. */
+const nameOf = (layer: Layer): string =>
+  layer === 'picture' && comparesIndirect.value && hasIndirect.value ? 'With indirect' : layerName(layer);
 
 function Legend({ layer, legend, at }: { layer: Layer; legend: LegendData | null; at: string }) {
   const colors = legend?.colors.map((c) => `rgb(${c.join(' ')})`).join(', ');
   const unit = legend?.unit ? ' ' + legend.unit : '';
   return (
     <div class={'legend ' + at}>
-      <span>{layerName(layer)}</span>
+      <span>{nameOf(layer)}</span>
       {legend && (
         <span class="scale">
           {shortNumber(legend.low)}

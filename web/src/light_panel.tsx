@@ -1,6 +1,7 @@
 import { ColorField, NumberRow } from './controls';
 import { OptionControl } from './option_control';
 import type { Scene, Vec3 } from './scene';
+import { compareIndirect, comparesIndirect, hasIndirect } from './split';
 import { editScene, scene } from './state';
 import { add, largest, scale } from './vectors';
 
@@ -49,7 +50,7 @@ function Ambient({ now }: { now: Scene }) {
 /** Options of indirect light that have no meaning beside a method of it. */
 export function besideIndirect(method: unknown): string[] {
   if (method === 'path') return ['indirect-memory'];
-  const ofPaths = ['spp', 'error', 'seed'];
+  const ofPaths = ['spp', 'error', 'seed', 'denoise'];
   return method === 'off' ? ['bounces', 'indirect-memory', ...ofPaths] : ofPaths;
 }
 
@@ -57,7 +58,7 @@ export function LightPanel() {
   const now = scene.value;
   if (!now) return null;
   const mirrors = now.surface.some((one) => one.kr?.some((v) => v > 0));
-  const indirect = now.indirect !== undefined && now.indirect !== 'off';
+  const indirect = hasIndirect.value;
   return (
     <>
       <OptionControl name="shadows" label="shadows" />
@@ -65,6 +66,14 @@ export function LightPanel() {
       {mirrors && <OptionControl name="mirror-depth" label="mirrors" usualHigh={8} />}
       <OptionControl name="indirect" label="indirect" drops={besideIndirect} />
       {indirect && <OptionControl name="bounces" label="bounces" usual={2} usualHigh={8} />}
+      {indirect && (
+        <div class="line">
+          <button type="button" aria-pressed={comparesIndirect.value} title="two halves with a divider"
+            onClick={compareIndirect}>
+            Split: direct | with indirect
+          </button>
+        </div>
+      )}
       {now.indirect === 'path' && <OptionControl name="spp" label="samples" usual={64} usualHigh={1024} />}
     </>
   );

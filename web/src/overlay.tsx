@@ -36,10 +36,13 @@ function LampLine({ x, y }: { x: number; y: number }) {
   const end = seen || { x: x + 0.55 * (middle.x - x), y: y + 0.55 * (middle.y - y) };
   return (
     <>
-      <line class="lamp-line" x1={percent(x)} y1={percent(y)} x2={percent(end.x)} y2={percent(end.y)} />
+      {['lamp-line-under', 'lamp-line'].map((kind) => (
+        <line key={kind} class={kind} x1={percent(x)} y1={percent(y)} x2={percent(end.x)} y2={percent(end.y)} />
+      ))}
       {seen && (
         <svg x={percent(seen.x)} y={percent(seen.y)}>
-          <circle class="lamp-foot" r="3" />
+          <circle class="lamp-foot-under" r="4" />
+          <circle class="lamp-foot" r="4" />
         </svg>
       )}
       {foot && lampMoves.value && (
@@ -144,6 +147,36 @@ function arc(p: Vec3, a: Vec3, b: Vec3, radius: number): Vec3[] {
   );
 }
 
+/** Rays from the places that send most of the first bounce, the wider the more it is. */
+function Senders() {
+  const camera = frame.value?.camera;
+  const why = explained.value;
+  const seen = camera && why?.hit && projected(camera, aspect(), why.position);
+  if (!seen) return null;
+  const senders = why.first_bounce?.senders ?? [];
+  const most = senders[0]?.share ?? 1;
+  return (
+    <g class="senders">
+      {senders.map(({ position, share }, n) => {
+        const from = projected(camera, aspect(), position);
+        if (!from) return null;
+        const line = { x1: percent(from.x), y1: percent(from.y), x2: percent(seen.x), y2: percent(seen.y) };
+        const width = 1 + 2.5 * (share / most);
+        return (
+          <g key={n}>
+            <line class="under" {...line} stroke-width={width + 2} />
+            <line {...line} stroke-width={width} />
+            <svg x={line.x1} y={line.y1}>
+              <circle r="7" />
+              <text dy="0.35em">{n + 1}</text>
+            </svg>
+          </g>
+        );
+      })}
+    </g>
+  );
+}
+
 function Vectors() {
   const camera = frame.value?.camera;
   const why = explained.value;
@@ -216,6 +249,7 @@ export function Overlay() {
       {lights.map((_, n) => (
         <Lamp key={n} n={n} />
       ))}
+      <Senders />
       <Vectors />
       <Missed />
     </svg>

@@ -4,7 +4,7 @@ import { followGestures } from './gestures';
 import { Legends } from './legend';
 import { Overlay } from './overlay';
 import { paintWith } from './server';
-import { divider, edit, edited, explaining, pictureSize } from './state';
+import { divider, edit, edited, hand, pictureSize } from './state';
 
 const mostPixels = 1 << 24;
 
@@ -90,7 +90,7 @@ export function Picture() {
   const isSplit = edited.value?.other != null;
   return (
     <div
-      class={explaining.value ? 'picture explaining' : 'picture'}
+      class={hand.value === 'lamp' ? 'picture with-lamp' : 'picture'}
       ref={place}
       tabIndex={0}
       role="application"

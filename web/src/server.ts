@@ -23,6 +23,7 @@ export const paintWith = (painter: Painter): void => {
 /** When what led to a frame happened, by the frame's number: for measuring. */
 const asked = new Map<number, number>();
 let newestDrawn = 0;
+let newestAsked = 0;
 
 export const connection = new Connection({
   onHello: (said) => {
@@ -72,7 +73,8 @@ async function show({ header, pictures }: Frame): Promise<void> {
   if (header.id > newestDrawn) {
     newestDrawn = header.id;
     batch(() => {
-      frame.value = header;
+      // What was settled is not any more where something else has been asked for meanwhile.
+      frame.value = { ...header, settled: header.settled && header.id === newestAsked };
       refining.value = null;
       // Better the last picture for a moment than one that jumps.
       if (fitTo(header)) return;
@@ -105,12 +107,13 @@ function send(settled: boolean, since: number): void {
   if (!scene) return;
   const id = connection.view({ scene, show: shownLayers(), light: lamp.value, settled });
   if (!id) return;
+  newestAsked = id;
   asked.set(id, since);
   fitAsked(id);
 }
 
 /** Asks for the picture of what the state is now: soon, and when it stays so, exactly. */
-function wish(): void {
+export function wish(): void {
   const shown = frame.peek();
   if (shown?.settled) frame.value = { ...shown, settled: false }; // it is of what was before
   clearTimeout(settling);

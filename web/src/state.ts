@@ -39,6 +39,11 @@ export const peek = signal<Layer | null>(null);
 export const explaining = signal(false);
 export const explained = signal<Explanation | null>(null);
 export const helpOpen = signal(false);
+/** What a drag over the picture does: turn the scan, or take the lamp over the surface. */
+export type Hand = 'orbit' | 'lamp';
+export const hand = signal<Hand>('orbit');
+/** Whether what is seen is to fill the window, until a hand zooms or moves it. */
+export const isFitted = signal(false);
 /** Whether a lamp is on its way: its distance is of interest then. */
 export const lampMoves = signal(false);
 
@@ -111,6 +116,7 @@ export function pose(): Pose | undefined {
 
 export const editPose = (about: string, change: (pose: Pose) => Pose): void => {
   const now = pose();
+  if (about === 'zoom' || about === 'pan') isFitted.value = false;
   if (now) editScene(about, (old) => ({ ...old, camera: change(now) }));
 };
 
@@ -140,6 +146,7 @@ export function beginWith(start: Scene): void {
     lamp.value = 0;
     surface.value = 0;
     explained.value = null;
+    isFitted.value = false;
   });
 }
 

@@ -9,15 +9,13 @@ import {
   edit, edited, hello, helpOpen, history, inputs, pictureSize, redo, scene, undo,
 } from './state';
 import { signal } from '@preact/signals';
+import { toggleSplit } from './split';
 
 const saveFormat = signal<'png' | 'exr'>('png');
 
 const layers = (): Layer[] => hello.value?.layers ?? [];
 
 export const setShow = (show: Layer): void => edit('', (now) => ({ ...now, show }));
-
-export const toggleSplit = (): void =>
-  edit('', (now) => ({ ...now, other: now.other ? null : now.show === 'diffuse' ? 'picture' : 'diffuse' }));
 
 const sizeOf = (input: InputReport): string =>
   input.kind === 'mesh' ? `${input.triangles} triangles` : input.dims.join(' × ');

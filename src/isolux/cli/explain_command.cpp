@@ -7,6 +7,7 @@
 #include "isolux/cli/explain_text.h"
 #include "isolux/cli/loaded_scene.h"
 #include "isolux/render/explanation_json.h"
+#include "isolux/render/pictures.h"
 
 namespace isolux {
 namespace {
@@ -43,6 +44,7 @@ int run_explain(const Command&, const Arguments& arguments) {
                      "it has " + std::to_string(scene.camera->width()) + " x " +
                          std::to_string(scene.camera->height()) + " pixels, counted from 0");
   }
+  if (scene.denoise) check_picture_memory(loaded.description, false);  // it takes all pixels
   const Explanation explanation = explain(scene, pixel.x, pixel.y);
   if (arguments.has("json")) {
     std::cout << explain_json(explanation).dump(2) << "\n";

@@ -154,10 +154,25 @@ class Writer {
            "   the part of bounce " + std::to_string(b + 1));
     }
     line("  E = " + tuple(terms().irradiance) + "   what arrives from surfaces and sky");
+    if (layer_ == &e_.layers[0]) write_senders();
     for (int c = 0; c < 3; ++c) {
       line(std::string("  indirect ") + kChannels[c] + " = kd E = " + num(material().kd[c]) +
            " * " + num(terms().irradiance[c]) + " = " + num(terms().indirect[c]));
     }
+  }
+
+  void write_senders() {
+    const auto percent = [](double share) { return num(std::round(1e3 * share) / 10) + " %"; };
+    const FirstBounce& first = e_.first_bounce;
+    if (first.light == 0) return;
+    line("  Where the first bounce comes from, by 2048 fixed rays (which bring " +
+         num(first.light) + "), the brightest places first:");
+    for (const Sender& sender : first.senders) {
+      line("    " + percent(sender.share) + " from surface " + std::to_string(sender.surface) +
+           " at " + tuple(sender.position) + ", " +
+           num(length(sender.position - terms().point.position)) + " mm away");
+    }
+    if (first.sky_share > 0) line("    " + percent(first.sky_share) + " from the open sky");
   }
 
   void write_light(std::size_t n) {

@@ -330,8 +330,9 @@ class Beam {
           for (std::int32_t m = u0; m <= u1; ++m) {
             block[u] = is_down_u ? u1 + u0 - m : m;
             const std::int32_t at = layer + block[u] * stride[u] + block[v] * stride[v];
-            leap = std::min(leap, std::int32_t{field_.leaps[at]});
-            if (field_.leaps[at] != 0) continue;
+            const auto free = static_cast<std::int32_t>(field_.leaps[at] >> (4 * down_) & 15);
+            leap = std::min(leap, free);
+            if (free != 0) continue;
             if (!has_cells) {
               has_cells = true;
               const SlabF slabs = hn::Add(hn::Set(kSlabF, from), hn::Iota(kSlabF, 0.0f));

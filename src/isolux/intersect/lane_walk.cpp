@@ -38,10 +38,12 @@ class Walk : public LaneRays<T, kWide> {
     t_ = next_t_ = hn::Zero(kF);
     for (int a = 0; a < 3; ++a) next_cell_[a] = hn::Zero(kI);
     const std::int32_t stride[3] = {1, field_->block_stride_y, field_->block_stride_z};
-    block_ = hn::Zero(kI);
+    block_ = octant_bits_ = hn::Zero(kI);
     for (int a = 0; a < 3; ++a) {
       const VI blocks = hn::Add(hn::ShiftRight<2>(axis_[a].base), hn::Set(kI, 1));
       block_ = hn::Add(block_, hn::Mul(blocks, hn::Set(kI, stride[a])));
+      const VI down = hn::IfThenZeroElse(hn::RebindMask(kI, axis_[a].up), hn::Set(kI, 4 << a));
+      octant_bits_ = hn::Or(octant_bits_, down);
     }
   }
 
@@ -63,11 +65,11 @@ class Walk : public LaneRays<T, kWide> {
     blocks =
         hn::Add(blocks, hn::Mul(hn::ShiftRight<2>(cell_[2]), hn::Set(kI, field_->block_stride_z)));
     blocks = hn::Min(hn::Max(blocks, zero), hn::Set(kI, field_->block_count - 1));
-    const VI leap =
-        hn::And(hn::GatherOffset(kI, reinterpret_cast<const std::int32_t*>(field_->leaps), blocks),
-                hn::Set(kI, 255));
+    const VI leaps =
+        hn::GatherIndex(kI, reinterpret_cast<const std::int32_t*>(field_->leaps), blocks);
+    const VI leap = hn::And(hn::Shr(leaps, octant_bits_), hn::Set(kI, 15));
     const MI near = hn::Eq(leap, zero);
-    // How far the box reaches that holds nothing else: the cube of empty blocks,
+    // How far the box reaches that holds nothing: the cube of empty blocks,
     VI keep = hn::Set(kI, ~3);
     VI upper = hn::ShiftLeft<2>(leap);
     VI lower = hn::Sub(hn::Set(kI, 4), upper);
@@ -147,7 +149,8 @@ class Walk : public LaneRays<T, kWide> {
   MF walking_;     // of these, the ones on their way to the next cell
   MF candidates_;  // and the ones that stand in it
   VF t_, next_t_;
-  VI block_;  // index of the block at the rays' bases
+  VI block_;        // index of the block at the rays' bases
+  VI octant_bits_;  // where in a block's leaps those of a lane's octant begin
   VI next_cell_[3];
 };
 

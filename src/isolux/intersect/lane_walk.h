@@ -15,8 +15,8 @@ struct Field {
   VoxelType type;
   const void* voxels;
   std::int32_t dims[3];
-  bool is_wide;  ///< voxels lie further than 2^31 bytes apart
-  const std::uint8_t* leaps;
+  bool is_wide;                ///< voxels lie further than 2^31 bytes apart
+  const std::uint32_t* leaps;  ///< four bits an octant, as SkipGrid has them
   const std::uint32_t* cells;  ///< two words a block, the lower z first
   std::int32_t block_stride_y;
   std::int32_t block_stride_z;

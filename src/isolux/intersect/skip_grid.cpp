@@ -11,18 +11,36 @@ namespace {
 
 static_assert(BrickGrid::kCells == 2 * SkipGrid::kBlockCells);
 
-// out[x] = min over r of max(|r|, in[x + r * step]), for a row of `count` elements whose
-// neighbours along the axis lie `step` apart, from `at` of `length`.
-void nearest_along(const std::uint8_t* in, std::uint8_t* out, std::size_t count,
-                   std::ptrdiff_t step, int at, int length) {
-  std::copy_n(in, count, out);
-  for (int r = 1; r < SkipGrid::kGreatestLeap; ++r) {
-    for (const int side : {-r, r}) {
-      if (at + side < 0 || at + side >= length) continue;
-      const std::uint8_t* row = in + side * step;
-      const auto least = static_cast<std::uint8_t>(r);
-      for (std::size_t x = 0; x < count; ++x) out[x] = std::min(out[x], std::max(row[x], least));
+// A row of blocks with room for the greatest leap on either side, in which nothing is.
+class LeapRow {
+ public:
+  explicit LeapRow(std::size_t count) : leaps_(count + 2 * kRoom, SkipGrid::kGreatestLeap) {}
+  std::uint8_t* begin() { return leaps_.data() + kRoom; }
+
+ private:
+  static constexpr std::size_t kRoom = 16;
+  std::vector<std::uint8_t> leaps_;
+};
+
+// Of `count` blocks side by side the leaps in an octant, once those of the neighbouring rows in it
+// are known: a cube is as large as the least of the seven that begin one block further, and one
+// more. `step`: 1 or -1, along the row. `leaps` comes as 0 where a block has surface cells.
+void find_leaps(const std::array<const std::uint8_t*, 3>& rows, std::size_t count,
+                std::ptrdiff_t step, std::uint8_t* leaps, std::uint8_t* spare) {
+  for (std::size_t x = 0; x < count; ++x) {
+    std::uint8_t least = SkipGrid::kGreatestLeap - 1;
+    for (const std::uint8_t* row : rows) {
+      least = std::min({least, row[x], (row + step)[x]});
     }
+    leaps[x] = std::min(leaps[x], static_cast<std::uint8_t>(least + 1));
+  }
+  // And of the blocks further on in this row: one further, then two, four and eight.
+  for (const int far : {1, 2, 4, 8}) {
+    const std::uint8_t* const there = leaps + far * step;
+    for (std::size_t x = 0; x < count; ++x) {
+      spare[x] = std::min(leaps[x], static_cast<std::uint8_t>(there[x] + far));
+    }
+    std::swap(leaps, spare);
   }
 }
 
@@ -35,7 +53,7 @@ SkipGrid::SkipGrid(const Volume& volume, const BrickGrid& bricks, double iso) {
   stride_y_ = static_cast<std::size_t>(dims_[0]) + 2;
   stride_z_ = stride_y_ * (static_cast<std::size_t>(dims_[1]) + 2);
   const std::size_t count = stride_z_ * (static_cast<std::size_t>(dims_[2]) + 2);
-  leaps_.assign(count + kPadding, kGreatestLeap);
+  leaps_.assign(count, ~0u);
   cells_.reset(static_cast<std::uint64_t*>(std::calloc(count, sizeof(std::uint64_t))));
   if (!cells_) throw std::bad_alloc();
 
@@ -64,7 +82,7 @@ SkipGrid::SkipGrid(const Volume& volume, const BrickGrid& bricks, double iso) {
   });
   for (const auto& slab : found) cubes_[0].insert(cubes_[0].end(), slab.begin(), slab.end());
   gather_cubes();
-  measure_distances();
+  measure_leaps();
 }
 
 // Each level from the one before: a cube of it holds up to eight of those.
@@ -85,43 +103,53 @@ void SkipGrid::gather_cubes() {
   }
 }
 
-// The Chebyshev distance is separable: along i first, then the nearest along j of what was found,
-// then along k.
-void SkipGrid::measure_distances() {
-  const auto rows = static_cast<std::size_t>(dims_[1]) + 2;
-  const auto slabs = static_cast<std::size_t>(dims_[2]) + 2;
-  std::vector<std::uint8_t> in_slabs(leaps_.size());
-  parallel_for(slabs, 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t z = begin; z < end; ++z) {
-      std::uint8_t* slab = leaps_.data() + z * stride_z_;
-      for (std::size_t y = 0; y < rows; ++y) {
-        std::uint8_t* row = slab + y * stride_y_;
-        for (std::size_t x = 1; x < stride_y_; ++x) {
-          row[x] = std::min(row[x], static_cast<std::uint8_t>(row[x - 1] + 1));
-        }
-        for (std::size_t x = stride_y_ - 1; x-- > 0;) {
-          row[x] = std::min(row[x], static_cast<std::uint8_t>(row[x + 1] + 1));
-        }
-      }
-      for (std::size_t y = 0; y < rows; ++y) {
-        nearest_along(slab + y * stride_y_, in_slabs.data() + z * stride_z_ + y * stride_y_,
-                      stride_y_, static_cast<std::ptrdiff_t>(stride_y_), static_cast<int>(y),
-                      static_cast<int>(rows));
-      }
-    }
-  });
-  parallel_for(rows, 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t z = 0; z < slabs; ++z) {
-      const std::size_t first = z * stride_z_ + begin * stride_y_;
-      nearest_along(in_slabs.data() + first, leaps_.data() + first, (end - begin) * stride_y_,
-                    static_cast<std::ptrdiff_t>(stride_z_), static_cast<int>(z),
-                    static_cast<int>(slabs));
-    }
+void SkipGrid::measure_leaps() {
+  parallel_for(4, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t down = begin; down < end; ++down) measure_leaps(static_cast<unsigned>(down));
   });
 }
 
+// For the two octants that run down along j and k where `down` has bit 0 and bit 1: a byte of each
+// block's leaps. Slab after slab against the octants' way, so that what lies further on is known.
+void SkipGrid::measure_leaps(unsigned down) {
+  const std::size_t count = stride_y_, rows = static_cast<std::size_t>(dims_[1]) + 2,
+                    slabs = static_cast<std::size_t>(dims_[2]) + 2;
+  const auto ordered = [](std::size_t n, std::size_t of, bool is_down) {
+    return is_down ? n : of - 1 - n;
+  };
+  using Slab = std::vector<LeapRow>;
+  // Of both octants; the last row of each lies beyond the grid.
+  std::array<Slab, 2> last, now;
+  last.fill(Slab(rows + 1, LeapRow(count)));
+  now = last;
+  LeapRow spare(count);
+  for (std::size_t n = 0; n < slabs; ++n) {
+    const std::size_t z = ordered(n, slabs, down & 2);
+    for (std::size_t m = 0; m < rows; ++m) {
+      const std::size_t y = ordered(m, rows, down & 1);
+      auto* const bytes =
+          reinterpret_cast<std::uint8_t*>(&leaps_[z * stride_z_ + y * stride_y_]) + down;
+      const std::size_t before = m == 0 ? rows : ordered(m - 1, rows, down & 1);
+      for (std::size_t way = 0; way < 2; ++way) {
+        std::uint8_t* const leaps = now[way][y].begin();
+        for (std::size_t x = 0; x < count; ++x) {
+          leaps[x] = bytes[4 * x] == 0 ? 0 : kGreatestLeap;
+        }
+        find_leaps({now[way][before].begin(), last[way][y].begin(), last[way][before].begin()},
+                   count, way == 0 ? 1 : -1, leaps, spare.begin());
+      }
+      const std::uint8_t* const up = now[0][y].begin();
+      const std::uint8_t* const back = now[1][y].begin();
+      for (std::size_t x = 0; x < count; ++x) {
+        bytes[4 * x] = static_cast<std::uint8_t>(up[x] | back[x] << 4);
+      }
+    }
+    std::swap(last, now);
+  }
+}
+
 double SkipGrid::bytes() const {
-  double bytes = static_cast<double>(leaps_.size()) + 8 * static_cast<double>(size());
+  double bytes = (sizeof(std::uint32_t) + sizeof(std::uint64_t)) * static_cast<double>(size());
   for (const auto& cubes : cubes_) bytes += static_cast<double>(cubes.size() * sizeof(Block));
   return bytes;
 }

@@ -13,12 +13,13 @@ namespace isolux {
 
 /// Which cells can hold the isosurface of one value, and how far it is from anywhere else: what
 /// lets a ray leap over empty space. Cells are taken in blocks of 4^3; each block has one bit a
-/// cell and a distance. Around the volume lies a border of empty blocks, so that a ray that
-/// rounding carries out of the volume finds nothing there.
+/// cell and, for each octant of directions, how far the way is free. Around the volume lies a
+/// border of empty blocks, so that a ray that rounding carries out of the volume finds nothing
+/// there.
 class SkipGrid {
  public:
   static constexpr int kBlockCells = 4;     ///< along a block's edge
-  static constexpr int kGreatestLeap = 15;  ///< distances are cut off here
+  static constexpr int kGreatestLeap = 15;  ///< what is free further on is not told
   static constexpr int kLevels = 5;         ///< of cubes
 
   using Block = std::array<std::int32_t, 3>;
@@ -42,29 +43,29 @@ class SkipGrid {
   }
   std::size_t stride_y() const { return stride_y_; }
   std::size_t stride_z() const { return stride_z_; }
-  std::size_t size() const { return leaps_.size() - kPadding; }
+  std::size_t size() const { return leaps_.size(); }
 
-  /// Chebyshev distance, in blocks, to the nearest block with a surface cell: 0 in such a block.
-  /// Four bytes may be read from any index.
-  const std::uint8_t* leaps() const { return leaps_.data(); }
+  /// Of a block four bits for each octant, bits 4 n to 4 n + 3 for octant n: how many blocks along
+  /// an edge has the largest empty cube that begins with this block and lies in that octant; 0 in a
+  /// block with a surface cell. Bit a of n: towards lower indices along axis a.
+  const std::uint32_t* leaps() const { return leaps_.data(); }
   /// Bit x + 4 y + 16 z of a block's word: cell (x, y, z) of the block has corners on both sides
   /// of the iso value (or at it), all finite.
   const std::uint64_t* cells() const { return cells_.get(); }
 
  private:
-  static constexpr std::size_t kPadding = 3;
-
   struct Free {
     void operator()(void* memory) const { std::free(memory); }
   };
 
-  void measure_distances();
+  void measure_leaps();
+  void measure_leaps(unsigned down);
   void gather_cubes();
 
   Block dims_{};
   std::size_t stride_y_ = 0;
   std::size_t stride_z_ = 0;
-  std::vector<std::uint8_t> leaps_;
+  std::vector<std::uint32_t> leaps_;
   std::unique_ptr<std::uint64_t[], Free> cells_;  ///< calloc'ed: empty regions stay untouched
   std::array<std::vector<Block>, kLevels> cubes_;
 };

@@ -62,18 +62,26 @@ void expect_right(const Volume& volume, double iso) {
   for (int z = -1; z <= grid.dims()[2]; ++z) {
     for (int y = -1; y <= grid.dims()[1]; ++y) {
       for (int x = -1; x <= grid.dims()[0]; ++x) {
-        int nearest = SkipGrid::kGreatestLeap;
-        for (const auto& [a, b, c] : full) {
-          nearest =
-              std::min(nearest, std::max({std::abs(a - x), std::abs(b - y), std::abs(c - z)}));
+        for (int octant = 0; octant < 8; ++octant) {
+          const auto along = [&](int way, int from, int axis) {
+            return octant >> axis & 1 ? from - way : way - from;
+          };
+          int free = SkipGrid::kGreatestLeap;
+          for (const auto& [a, b, c] : full) {
+            const auto [least, most] =
+                std::minmax({along(a, x, 0), along(b, y, 1), along(c, z, 2)});
+            if (least >= 0) free = std::min(free, most);
+          }
+          const std::uint32_t leaps = grid.leaps()[grid.index({x, y, z})];
+          EXPECT_EQ(leaps >> (4 * octant) & 15, static_cast<unsigned>(free))
+              << octant << ": " << x << " " << y << " " << z;
         }
-        EXPECT_EQ(grid.leaps()[grid.index({x, y, z})], nearest) << x << " " << y << " " << z;
       }
     }
   }
 }
 
-TEST(SkipGrid, bits_and_distances_are_those_of_the_definition_for_every_voxel_type) {
+TEST(SkipGrid, bits_and_leaps_are_those_of_the_definition_for_every_voxel_type) {
   expect_right(strewn_volume<std::int16_t>({37, 22, 41}, 1, {-300, 300}), 0.5);
   expect_right(strewn_volume<std::uint8_t>({30, 30, 18}, 2, {1, 200}), 100);
   expect_right(strewn_volume<std::uint16_t>({9, 90, 10}, 3, {65535}), 65535);

@@ -34,4 +34,11 @@ inline Vec3 cosine_direction(Vec3 normal, UnitPoint p) {
   return TangentFrame(normal).world(cosine_direction(p));
 }
 
+/// `direction`, or where it dips below the tangent plane that `above` is the normal of, its
+/// reflection there.
+inline Vec3 kept_above(Vec3 direction, Vec3 above) {
+  const double down = dot(direction, above);
+  return down < 0 ? direction - 2 * down * above : direction;
+}
+
 }  // namespace isolux

@@ -63,7 +63,8 @@ std::vector<Rgb> by_bounce(const Scene& scene, const SceneSurfaces& surfaces,
 Explanation explain(const Scene& scene, int x, int y) {
   const RayCaster caster(scene);
   const PixelView view = caster.cast_around(*scene.camera, x, y);
-  const SurfaceBuffer& buffer = view.buffer;
+  // What is denoised depends on pixels around, wherever they lie.
+  const SurfaceBuffer buffer = scene.denoise ? caster.cast(*scene.camera) : view.buffer;
   Shadows shadows;
   cast_shadows(scene, caster.surfaces(), buffer, shadows);
   const std::size_t place = buffer.at(x - buffer.first_x, y - buffer.first_y);
@@ -74,6 +75,8 @@ Explanation explain(const Scene& scene, int x, int y) {
     IndirectLight light;
     indirect = light.find(scene, caster.surfaces(), buffer);
     e.by_bounce = by_bounce(scene, caster.surfaces(), buffer, place, light);
+    if (!e.by_bounce.empty())
+      e.first_bounce = first_bounce(scene, caster.surfaces(), buffer, place);
   }
   e.x = x;
   e.y = y;
@@ -85,10 +88,11 @@ Explanation explain(const Scene& scene, int x, int y) {
     e.layers.push_back(layer_of(scene, sample.surface, sample.point, point_of(e.eye_ray, sample),
                                 shadows.of_pixel(place), indirect.of_pixel(place)));
     e.layers[0].depth_mm = sample.depth_mm;
-    for (std::size_t n = 0; !buffer.further.empty() && n < buffer.further[0].size(); ++n) {
-      const FurtherPoint& point = buffer.further[0][n];
-      if (point.pixel == place)
-        add_further(scene, point, shadows.of_further(0, n), indirect.of_further(0, n), e);
+    const std::size_t tile = place / SurfaceBuffer::kTilePixels;
+    for (std::size_t n = 0; !buffer.further.empty() && n < buffer.further[tile].size(); ++n) {
+      const FurtherPoint& point = buffer.further[tile][n];
+      if (point.pixel == place % SurfaceBuffer::kTilePixels)
+        add_further(scene, point, shadows.of_further(tile, n), indirect.of_further(tile, n), e);
     }
   } else {
     e.background = scene.background;

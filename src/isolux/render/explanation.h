@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "isolux/render/first_bounce.h"
 #include "isolux/render/lighting.h"
 #include "isolux/scene/scene.h"
 
@@ -28,6 +29,7 @@ struct Explanation {
   bool turned = false;  ///< whether the nearest layer's normal was turned round to face the eye
   std::vector<ExplainedLayer> layers;  ///< none: nothing is met
   std::vector<Rgb> by_bounce;          ///< of the nearest layer: the part of each bounce in E
+  FirstBounce first_bounce;            ///< to the nearest layer
   Rgb mirror;                          ///< what mirrors show, weighted
   Rgb background;                      ///< what is seen of it directly, weighted
   Rgb total;
@@ -38,7 +40,7 @@ struct Explanation {
 };
 
 /// Follows the eye ray of pixel (x, y), which must lie in the camera's picture, and lights what it
-/// meets, as `render` does.
+/// meets, as `render` does. With denoised indirect light all pixels are drawn for it.
 Explanation explain(const Scene& scene, int x, int y);
 
 }  // namespace isolux

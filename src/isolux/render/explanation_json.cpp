@@ -66,6 +66,16 @@ json summed_json(const Explanation& e) {
   return layer_json(nearest, 1);
 }
 
+json first_bounce_json(const FirstBounce& first) {
+  json senders = json::array();
+  for (const Sender& sender : first.senders) {
+    senders.push_back({{"surface", sender.surface},
+                       {"position", numbers(sender.position)},
+                       {"share", sender.share}});
+  }
+  return {{"light", first.light}, {"sky", first.sky_share}, {"senders", std::move(senders)}};
+}
+
 }  // namespace
 
 json explain_json(const Explanation& e) {
@@ -85,6 +95,7 @@ json explain_json(const Explanation& e) {
                  {"display", e.shown}};
   if (e.is_hit()) object.update(summed_json(e));
   for (const Rgb& part : e.by_bounce) object["bounces"].push_back(numbers(part));
+  if (!e.by_bounce.empty()) object["first_bounce"] = first_bounce_json(e.first_bounce);
   for (const ExplainedLayer& layer : e.layers) {
     json own = layer_json(layer, 1);
     own["opacity"] = layer.material.opacity;

@@ -5,6 +5,7 @@
 #include "isolux/base/error.h"
 #include "isolux/base/memory.h"
 #include "isolux/base/number_text.h"
+#include "isolux/render/denoise.h"
 #include "isolux/render/path_tracer.h"
 
 namespace isolux {
@@ -18,9 +19,16 @@ Indirect IndirectLight::find(const Scene& scene, const SceneSurfaces& surfaces,
   if (scene.indirect == IndirectMethod::kPath) {
     PathTracer tracer(scene, surfaces);
     tracer.run(buffer, listener);
-    told_ = std::to_string(tracer.samples()) + " samples a pixel, error " +
-            to_text(std::round(1e4 * tracer.relative_error()) / 100) + " % or less";
-    return tracer.indirect(buffer);
+    told_ = std::to_string(tracer.samples()) + " samples a pixel";
+    if (tracer.samples() > 1) {  // one cannot tell
+      told_ += ", error " + to_text(std::round(1e4 * tracer.relative_error()) / 100) + " % or less";
+    }
+    Indirect found = tracer.indirect(buffer);
+    if (scene.denoise) {
+      denoiser_.denoise(*scene.camera, buffer, tracer.variances(), found.pixels);
+      told_ += ", then denoised";
+    }
+    return found;
   }
   if (!transport_ || memory_ != scene.indirect_memory) {
     transport_.emplace(scene, surfaces, TransportOptions{.memory = scene.indirect_memory});

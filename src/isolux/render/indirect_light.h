@@ -5,6 +5,7 @@
 #include <string>
 
 #include "isolux/base/progress.h"
+#include "isolux/render/denoise.h"
 #include "isolux/render/indirect.h"
 #include "isolux/render/scene_surfaces.h"
 #include "isolux/render/surface_buffer.h"
@@ -35,6 +36,7 @@ class IndirectLight {
   void forget_view() { has_seen_ = false; }
 
  private:
+  Denoiser denoiser_;
   std::optional<Transport> transport_;
   double memory_ = 0;
   bool has_seen_ = false;  // the buffer

@@ -339,6 +339,17 @@ double PathTracer::relative_error() const {
   return std::sqrt(variance / static_cast<double>(points)) / (total / static_cast<double>(points));
 }
 
+std::vector<float> PathTracer::variances() const {
+  std::vector<float> variances;
+  if (samples_ < 2) return variances;
+  for (const PathSum& sum : pixels_) {
+    const double average = mean(sum.radiance) / samples_;
+    const double off = std::max(0.0, sum.square / samples_ - average * average);
+    variances.push_back(static_cast<float>(off / (samples_ - 1)));
+  }
+  return variances;
+}
+
 Indirect PathTracer::indirect(const SurfaceBuffer& buffer) const {
   Indirect result{RgbLayer(buffer.pixels()), {}, std::vector<float>(buffer.pixels())};
   const double share = 1.0 / samples_;

@@ -42,6 +42,10 @@ class PathTracer {
 
   Indirect indirect(const SurfaceBuffer& buffer) const;
 
+  /// The estimated variance of each pixel's E, as the mean over its channels, [place]; too large
+  /// rather than too small, as relative_error. Empty where there is one sample, which cannot tell.
+  std::vector<float> variances() const;
+
   /// As many samples as the scene asks for.
   void run(const SurfaceBuffer& buffer, const ProgressListener& listener = {});
 

@@ -247,5 +247,31 @@ TEST(PathTracer, an_asked_for_error_is_reached_with_more_samples) {
   EXPECT_GT(last, 16);
 }
 
+TEST(PathTracer, a_pixels_variance_is_that_of_the_samples_it_has) {
+  // Under an even sky of 1, with black surfaces and no lamps, a sample is 1 where it sees the sky
+  // and 0 elsewhere: of n with the mean p the mean has the variance p (1 - p) / (n - 1).
+  json settings = {{"surface", {surface({{"iso", -300}, {"kd", {0, 0, 0}}})}},
+                   {"light", kNoLamp},
+                   {"ambient", {1, 1, 1}},
+                   {"indirect", "path"},
+                   {"spp", 8}};
+  const Scene scene = scene_of({volume(head_phantom(48))}, settings);
+  const RayCaster caster(scene);
+  const SurfaceBuffer buffer = caster.cast(*scene.camera);
+  PathTracer tracer(scene, caster.surfaces());
+  tracer.add_samples(buffer, 0, 1);
+  EXPECT_TRUE(tracer.variances().empty());
+  tracer.add_samples(buffer, 1, 7);
+  const std::vector<float> variances = tracer.variances();
+  const Indirect indirect = tracer.indirect(buffer);
+  int uneven = 0;
+  each_hit(buffer, [&](std::size_t place) {
+    const double p = indirect.sky[place];
+    EXPECT_NEAR(variances[place], p * (1 - p) / 7, 1e-7);
+    uneven += p > 0 && p < 1;
+  });
+  EXPECT_GT(uneven, 50);
+}
+
 }  // namespace
 }  // namespace isolux

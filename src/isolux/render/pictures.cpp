@@ -5,6 +5,7 @@
 #include "isolux/base/memory.h"
 #include "isolux/image/exr.h"
 #include "isolux/image/png.h"
+#include "isolux/render/denoise.h"
 #include "isolux/render/relight.h"
 
 namespace isolux {
@@ -90,7 +91,8 @@ std::string encode_picture(const Scene& scene, const SurfaceBuffer& buffer, cons
 
 void check_picture_memory(const SceneDescription& scene, bool is_exr) {
   // Bytes a pixel of all buffers that live at the same time, rounded up.
-  const double bytes_per_pixel = is_exr ? 360 : 96;
+  const double bytes_per_pixel =
+      (is_exr ? 360 : 96) + (scene.denoise ? Denoiser::kBytesPerPixel : 0);
   check_memory(static_cast<double>(scene.width) * scene.height * bytes_per_pixel, "--size");
 }
 

@@ -160,6 +160,8 @@ bool has_further_points(const Scene& scene) {
   });
 }
 
-bool needs_secondary_rays(const Scene& scene) { return scene.shadows || has_further_points(scene); }
+bool needs_secondary_rays(const Scene& scene) {
+  return scene.shadows || scene.indirect != IndirectMethod::kOff || has_further_points(scene);
+}
 
 }  // namespace isolux

@@ -83,8 +83,8 @@ class SceneSurfaces {
   std::vector<PreparedSurface> surfaces_;
 };
 
-/// Whether rays other than those from the eye are asked for: shadows, mirrors, what lies behind
-/// translucent surfaces.
+/// Whether rays other than those from the eye are asked for: shadows, indirect light, mirrors, what
+/// lies behind translucent surfaces.
 bool needs_secondary_rays(const Scene& scene);
 /// Whether a pixel's colour may come from more than one point: mirrors or translucent surfaces.
 bool has_further_points(const Scene& scene);

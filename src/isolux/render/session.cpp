@@ -31,7 +31,7 @@ bool same_places(const Scene& a, const Scene& b) {
 
 bool same_request(const IndirectDescription& a, const IndirectDescription& b) {
   return a.indirect == b.indirect && a.bounces == b.bounces && a.spp == b.spp &&
-         a.indirect_error == b.indirect_error && a.seed == b.seed &&
+         a.indirect_error == b.indirect_error && a.seed == b.seed && a.denoise == b.denoise &&
          a.indirect_memory == b.indirect_memory;
 }
 
@@ -61,7 +61,8 @@ void Session::trace(const Scene& scene, const ProgressListener& listener) {
     prepared_ = scene;
     traced_.reset();
     ++counters_.skip_structure;
-  } else if (!same_optics(*prepared_, scene) || prepared_->shadows != scene.shadows) {
+  } else if (!same_optics(*prepared_, scene) ||
+             needs_secondary_rays(*prepared_) != needs_secondary_rays(scene)) {
     if (!same_optics(*prepared_, scene)) {
       indirect_light_.forget();
       traced_.reset();
@@ -82,7 +83,8 @@ void Session::trace(const Scene& scene, const ProgressListener& listener) {
   shadowed_.reset();
   bounced_.reset();
   lit_.reset();
-  drawn_.reset();
+  drawn_.scene.reset();
+  drawn_direct_.scene.reset();
   ++counters_.visibility;
 }
 
@@ -102,7 +104,7 @@ const Indirect& Session::indirect(const Scene& scene, const ProgressListener& li
   if (is_found && indirect_light_.is_complete()) return indirect_;
   if (is_found) {  // what was lit with less is lit again
     lit_.reset();
-    drawn_.reset();
+    drawn_.scene.reset();
   }
   bounced_.reset();  // the listener may throw
   indirect_ = indirect_light_.find(scene, caster_->surfaces(), *buffer_, listener, stop);
@@ -129,19 +131,34 @@ const Radiance& Session::radiance(const Scene& scene) {
   return *radiance_;
 }
 
-const Picture& Session::picture(const Scene& scene) {
-  trace(scene, {});
-  const bool is_lit = drawn_ && same_light(*drawn_, scene);
-  if (is_lit && drawn_->display == scene.display) return picture_.picture();
+const Picture& Session::draw(const Scene& scene, Drawn& drawn) {
+  const bool is_lit = drawn.scene && same_light(*drawn.scene, scene);
+  if (is_lit && drawn.scene->display == scene.display) return drawn.picture.picture();
   if (is_lit) {
-    picture_.redisplay(scene, *buffer_);
+    drawn.picture.redisplay(scene, *buffer_);
   } else {
-    picture_.relight(scene, *buffer_, shadows(scene), indirect_as_found(scene));
+    const bool has_indirect = scene.indirect != IndirectMethod::kOff;
+    drawn.picture.relight(scene, *buffer_, shadows(scene),
+                          has_indirect ? indirect_as_found(scene) : Indirect());
   }
   counters_.lighting += is_lit ? 0 : 1;
   ++counters_.display;
-  drawn_ = scene;
-  return picture_.picture();
+  drawn.scene = scene;
+  return drawn.picture.picture();
+}
+
+const Picture& Session::picture(const Scene& scene) {
+  trace(scene, {});
+  return draw(scene, drawn_);
+}
+
+const Picture& Session::direct_picture(const Scene& scene) {
+  trace(scene, {});
+  Scene direct = scene;
+  direct.indirect = IndirectMethod::kOff;
+  direct.ambient = {};
+  direct.has_default_ambient = false;
+  return draw(direct, drawn_direct_);
 }
 
 }  // namespace isolux

@@ -54,23 +54,33 @@ class Session {
   /// The terms kept apart, which `picture` does without.
   const Radiance& radiance(const Scene& scene);
   const Picture& picture(const Scene& scene);
+  /// The picture of what lamps send straight to what is seen: without ambient and indirect light,
+  /// in mirrors as well.
+  const Picture& direct_picture(const Scene& scene);
 
   const Counters& counters() const { return counters_; }
 
  private:
+  // A picture with the scene that it shows.
+  struct Drawn {
+    std::optional<Scene> scene;
+    LitPicture picture;
+  };
+
   void trace(const Scene& scene, const ProgressListener& listener);
+  const Picture& draw(const Scene& scene, Drawn& drawn);
   const Indirect& indirect_as_found(const Scene& scene);
 
   Counters counters_;
   // Each stage with the scene that it last ran for.
-  std::optional<Scene> prepared_, traced_, shadowed_, bounced_, lit_, drawn_;
+  std::optional<Scene> prepared_, traced_, shadowed_, bounced_, lit_;
   std::optional<RayCaster> caster_;
   std::optional<SurfaceBuffer> buffer_;
   Shadows shadows_;
   IndirectLight indirect_light_;
   Indirect indirect_;
   std::optional<Radiance> radiance_;
-  LitPicture picture_;
+  Drawn drawn_, drawn_direct_;
 };
 
 }  // namespace isolux

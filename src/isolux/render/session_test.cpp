@@ -131,5 +131,25 @@ TEST_F(SessionTest, opacity_and_mirrors_rerun_visibility_and_a_lamp_behind_them_
   EXPECT_EQ(rerun(), kVisibility);
 }
 
+TEST_F(SessionTest, the_rasteriser_has_indirect_light_as_rays_have_also_when_it_comes_later) {
+  // Inside a sphere of albedo 0.8 with a lamp near its middle: some 0.8 comes from all round.
+  document_["surface"] = {{{"iso", 0.5}}};
+  document_["light"] = {{{"kind", "point"}, {"at", {3, 2, 1}}}};
+  document_["camera"] = {{"eye", {0, 0, 0}}, {"target", {0, -10, 0}}, {"up", {0, 0, 1}}};
+  document_["visibility"] = "raster";
+  rerun();
+  document_["indirect"] = "path";
+  document_["spp"] = 4;
+  rerun();
+  const Scene now = scene();
+  const Indirect& found = session_.indirect(now);
+  double least = 1;
+  const SurfaceBuffer& buffer = session_.surfaces(now);
+  for (std::size_t place = 0; place < buffer.pixels(); ++place) {
+    if (buffer.is_hit(place)) least = std::min(least, found.pixels.at(place).g);
+  }
+  EXPECT_GT(least, 0.5);
+}
+
 }  // namespace
 }  // namespace isolux

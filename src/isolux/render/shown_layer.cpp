@@ -113,10 +113,10 @@ ShownPicture depth(const Scene& scene, const SurfaceBuffer& buffer) {
 std::span<const std::pair<std::string_view, ShownLayer>> shown_layers() {
   using enum ShownLayer;
   static constexpr std::pair<std::string_view, ShownLayer> kLayers[] = {
-      {"picture", kPicture},    {"ambient", kAmbient}, {"diffuse", kDiffuse},
-      {"specular", kSpecular},  {"mirror", kMirror},   {"indirect", kIndirect},
-      {"cos-theta", kCosTheta}, {"cos-phi", kCosPhi},  {"normal", kNormal},
-      {"depth", kDepth}};
+      {"picture", kPicture},   {"direct", kDirect},      {"ambient", kAmbient},
+      {"diffuse", kDiffuse},   {"specular", kSpecular},  {"mirror", kMirror},
+      {"indirect", kIndirect}, {"cos-theta", kCosTheta}, {"cos-phi", kCosPhi},
+      {"normal", kNormal},     {"depth", kDepth}};
   return kLayers;
 }
 
@@ -132,6 +132,8 @@ ShownPicture show_layer(ShownLayer layer, const Scene& scene, std::size_t light,
   switch (layer) {
     case ShownLayer::kPicture:
       return {session.picture(scene), {}};
+    case ShownLayer::kDirect:
+      return {session.direct_picture(scene), {}};
     case ShownLayer::kAmbient:
       return {term(scene, session.radiance(scene).ambient, session.surfaces(scene)), {}};
     case ShownLayer::kDiffuse:

@@ -18,6 +18,7 @@ namespace isolux {
 /// What a viewer can show in place of the picture.
 enum class ShownLayer {
   kPicture,
+  kDirect,
   kAmbient,
   kDiffuse,
   kSpecular,
@@ -47,9 +48,9 @@ struct ShownPicture {
   std::optional<Legend> legend;  ///< of cosines and depth
 };
 
-/// Terms pass the scene's display; normals are shown as (n + 1) / 2, cosines (of lamp number
-/// `light` in the scene, not clamped) and depth in false colours. Where nothing is met: the
-/// displayed background.
+/// "direct" is the picture without ambient and indirect light, what lamps send straight. Terms pass
+/// the scene's display; normals are shown as (n + 1) / 2, cosines (of lamp number `light` in the
+/// scene, not clamped) and depth in false colours. Where nothing is met: the displayed background.
 ShownPicture show_layer(ShownLayer layer, const Scene& scene, std::size_t light, Session& session);
 
 }  // namespace isolux

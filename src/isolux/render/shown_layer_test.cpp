@@ -15,13 +15,14 @@ using nlohmann::json;
 
 // The sphere of radius 16 mm, seen from the front (eye at -y) without perspective, 32 mm high: its
 // middle is at pixel (16, 16), less half a pixel.
-Scene sphere_scene(const json& lights) {
+Scene sphere_scene(const json& lights, const json& settings = json::object()) {
   json document = empty_document();
   document["size"] = {33, 33};
   document["surface"] = {{{"iso", 0.5}}};
   document["camera"] = {{"projection", "orthographic"}, {"height", 40}};
   document["background"] = {0.2, 0.2, 0.2};
   document["light"] = lights;
+  document.update(settings);
   SceneDescription description = describe(document, "scene");
   description.inputs = {"phantom:sphere"};
   return resolve(description, {{std::make_shared<Volume>(sphere_phantom())}});
@@ -70,12 +71,34 @@ TEST(ShownLayer, every_layer_shows_the_background_where_nothing_is_met) {
   Session session;
   const Scene scene = sphere_scene({{{"kind", "point"}, {"at", {0, -60, 57}}}});
   const auto background = displayed(scene.display, scene.background);
-  for (const char* name : {"picture", "ambient", "diffuse", "specular", "indirect", "cos-theta",
-                           "cos-phi", "normal", "depth"}) {
+  for (const char* name : {"picture", "direct", "ambient", "diffuse", "specular", "indirect",
+                           "cos-theta", "cos-phi", "normal", "depth"}) {
     const ShownPicture shown = show_layer(*shown_layer_named(name), scene, 0, session);
     EXPECT_EQ(at(shown.picture, 0, 0)[0], background[0]) << name;
   }
   EXPECT_FALSE(shown_layer_named("sky"));
+}
+
+TEST(ShownLayer, direct_is_the_picture_without_ambient_and_indirect_light) {
+  // What is left where nothing comes by way of other surfaces, in mirrors and behind veils too.
+  const json surfaces = {{{"iso", 0.7}, {"kr", {0.5, 0.5, 0.5}}}, {{"iso", 0.4}, {"opacity", 0.5}}};
+  const json lamp = {{{"kind", "point"}, {"at", {0, -60, 57}}}};
+  const Scene without = sphere_scene(lamp, {{"surface", surfaces}, {"ambient", {0, 0, 0}}});
+  Session alone;
+  const Picture& wanted = alone.picture(without);
+  for (const char* method : {"off", "path"}) {
+    Session session;
+    const Scene scene = sphere_scene(
+        lamp, {{"surface", surfaces}, {"ambient", {0.5, 0.5, 0.5}}, {"indirect", method}});
+    const auto before = session.picture(scene).rgb;
+    EXPECT_EQ(show_layer(ShownLayer::kDirect, scene, 0, session).picture.rgb, wanted.rgb);
+    EXPECT_NE(before, wanted.rgb);
+    // Side by side, neither makes the other be found again.
+    EXPECT_EQ(session.picture(scene).rgb, before);
+    session.radiance(scene);
+    EXPECT_EQ(session.counters().indirect, method == std::string("path") ? 1 : 0);
+    EXPECT_EQ(session.counters().lighting, 3);
+  }
 }
 
 TEST(ShownLayer, the_terms_add_up_to_the_picture) {

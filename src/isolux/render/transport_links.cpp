@@ -86,9 +86,8 @@ void TransportLinks::shoot_piece(std::span<const std::uint32_t> samples, std::si
         const SampleSite& site = from_.site(sample);
         const TangentFrame frame(from_.normal(sample));
         const Vec3 true_normal = from_.true_normal(sample);
-        Vec3 onward = frame.world(directions_[slot * most_ + number]);
-        const double down = dot(onward, true_normal);
-        if (down < 0) onward = onward - 2 * down * true_normal;
+        const Vec3 onward =
+            kept_above(frame.world(directions_[slot * most_ + number]), true_normal);
         Link& link = met[first + number - done];
         link.across = static_cast<std::int16_t>(dot(onward, frame.across) / LinkTilt::kStep);
         link.along = static_cast<std::int16_t>(dot(onward, frame.along) / LinkTilt::kStep);

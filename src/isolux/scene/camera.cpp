@@ -60,21 +60,18 @@ Camera::Camera(const CameraDescription& description, int width, int height,
   }
   right_ = normalize(cross(up, back_));
   up_ = cross(back_, right_);
-}
 
-RayFan Camera::fan() const {
   const double pixel = pixel_size();
   const RayFan::Plane across{
       (0.5 - 0.5 * width_) * pixel * right_ + (0.5 * height_ - 0.5) * pixel * up_, pixel * right_,
       -pixel * up_};
-  if (orthographic_) {
-    return {{eye_ + across.first, across.along_x, across.along_y}, {-back_, {}, {}}};
-  }
-  return {{eye_, {}, {}}, {across.first - back_, across.along_x, across.along_y}};
+  fan_ = orthographic_
+             ? RayFan{{eye_ + across.first, across.along_x, across.along_y}, {-back_, {}, {}}}
+             : RayFan{{eye_, {}, {}}, {across.first - back_, across.along_x, across.along_y}};
 }
 
 Ray Camera::ray(int x, int y) const {
-  const Ray ray = fan().ray(x, y);
+  const Ray ray = fan_.ray(x, y);
   return {ray.origin, normalize(ray.direction)};
 }
 

@@ -20,11 +20,13 @@ struct RayFan {
     Vec3 first, along_x, along_y;
 
     Vec3 at(double x, double y) const { return first + x * along_x + y * along_y; }
+    bool operator==(const Plane&) const = default;
   };
 
   Plane origin, direction;
 
   Ray ray(double x, double y) const { return {origin.at(x, y), direction.at(x, y)}; }
+  bool operator==(const RayFan&) const = default;
 };
 
 /// The same rays in another space.
@@ -42,7 +44,7 @@ class Camera {
   Ray ray(int x, int y) const;
 
   /// All of them, not of unit length.
-  RayFan fan() const;
+  const RayFan& fan() const { return fan_; }
 
   Vec3 eye() const { return eye_; }
   bool is_orthographic() const { return orthographic_; }
@@ -65,6 +67,7 @@ class Camera {
   bool orthographic_;
   Vec3 eye_, right_, up_, back_;
   double half_height_;
+  RayFan fan_;
 };
 
 }  // namespace isolux

@@ -186,6 +186,10 @@ void describe_indirect(const json& given, const json& complete, SceneDescription
     }
     scene.indirect_memory = *memory;
   }
+  scene.denoise = complete.value("denoise", "off") == "on";
+  if (scene.denoise && !is_path) {
+    throw UsageError("--denoise", "takes out the noise of paths", "add --indirect path");
+  }
   scene.seed = complete.value("seed", std::uint64_t{0});
 }
 

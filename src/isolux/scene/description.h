@@ -72,6 +72,7 @@ struct IndirectDescription {
   int spp = 64;                               ///< samples a pixel; with an error: at most
   std::optional<double> indirect_error = {};  ///< relative standard error to stop at
   std::uint64_t seed = 0;
+  bool denoise = false;          ///< whether noise is taken out of what paths have brought
   double indirect_memory = 1e9;  ///< bytes that cached transport may take
 };
 

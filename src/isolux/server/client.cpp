@@ -16,7 +16,7 @@ using nlohmann::json;
 
 constexpr std::size_t kMostQuestions = 8;  // each may hold megabytes
 constexpr double kMostPixels = 1 << 24;
-// A picture that takes longer than this tells how far it is, this often.
+// A picture that takes longer than this tells how far it is, this often, and holds up nobody.
 constexpr auto kNoticeable = std::chrono::milliseconds(250);
 
 // Thrown out of a picture that nobody waits for any more.
@@ -147,12 +147,15 @@ bool Client::is_unwanted(const ViewRequest& request) {
 }
 
 void Client::draw(const ViewRequest& request) {
+  WorkQueue::Place place(queue_);
   auto told_at = std::chrono::steady_clock::now();
   const auto tell_or_give_way = [&](const std::string& label, double share) {
     if (is_unwanted(request)) throw Superseded();
     const auto now = std::chrono::steady_clock::now();
-    if (!request.settled || now - told_at < kNoticeable) return;
+    if (now - told_at < kNoticeable) return;
     told_at = now;
+    place.step_aside();
+    if (!request.settled) return;
     send({{"type", "progress"}, {"id", request.id}, {"label", label}, {"share", share}});
   };
   double bytes_per_ms = 0;

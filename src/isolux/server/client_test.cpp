@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <condition_variable>
+#include <functional>
+#include <future>
 #include <vector>
 
 #include "isolux/volume/phantom.h"
@@ -31,6 +35,10 @@ class Page final : public Outlet {
     std::unique_lock lock(mutex_);
     arrived_.wait_for(lock, std::chrono::seconds(20), [&] { return messages_.size() >= count; });
     return messages_;
+  }
+  json message(std::size_t n) {
+    const std::lock_guard lock(mutex_);
+    return messages_.at(n);
   }
   std::size_t count() {
     const std::lock_guard lock(mutex_);
@@ -141,6 +149,70 @@ TEST_F(ClientTest, a_flood_of_questions_is_bounded) {
   EXPECT_EQ(page_->count(), 8u);
 }
 
+// Messages of all pages are delivered by a piece of work that takes its turns like any other, so
+// what happens does not hang on time.
+TEST_F(ClientTest, of_eight_pages_each_has_its_turn_whatever_one_of_them_asks_for) {
+  constexpr int kRounds = 20;
+  struct Visit {
+    std::shared_ptr<Page> page;
+    std::shared_ptr<Client> client;
+    std::size_t read = 0;
+  };
+  std::vector<Visit> visits;
+  for (int n = 0; n < 8; ++n) {
+    const auto page = std::make_shared<Page>();
+    visits.push_back({page, std::make_shared<Client>(inputs_, queue_, page)});
+  }
+  int id = 0, round = 0;
+  const auto speak = [&](Visit& visit, bool is_greedy) {
+    client_ = visit.client;
+    for (; visit.read < visit.page->count(); ++visit.read) {
+      const json said = visit.page->message(visit.read);
+      if (said["type"] == "frame") acknowledge(said["id"]);
+    }
+    ask_for_view(++id, scene(is_greedy ? 96 : 16), false);
+    for (int n = 0; is_greedy && n < 4; ++n) {
+      ask_for_view(++id, scene(96), false);
+      client_->receive(
+          json{{"type", "explain"}, {"id", ++id}, {"scene", scene(96)}, {"pixel", {8, 8}}}.dump());
+    }
+  };
+  std::promise<std::vector<std::size_t>> over;
+  std::function<void()> deliver = [&] {
+    if (round++ == kRounds) {
+      std::vector<std::size_t> answers;
+      for (Visit& visit : visits) answers.push_back(visit.page->count());
+      return over.set_value(answers);
+    }
+    for (Visit& visit : visits) speak(visit, &visit == &visits[0]);
+    queue_.add(deliver);
+  };
+  queue_.add(deliver);
+  EXPECT_EQ(over.get_future().get(), std::vector<std::size_t>(visits.size(), kRounds));
+  queue_.finish();
+}
+
+TEST_F(ClientTest, a_picture_that_takes_long_holds_up_no_other_page) {
+  // Seconds of paths, on the only place for a picture; nobody waits for them at the end.
+  WorkQueue queue(1, 1);
+  const auto slow_page = std::make_shared<Page>(), quick_page = std::make_shared<Page>();
+  const auto slow = std::make_shared<Client>(inputs_, queue, slow_page);
+  const auto quick = std::make_shared<Client>(inputs_, queue, quick_page);
+  json paths = scene(160);
+  paths["indirect"] = "path";
+  paths["spp"] = 4000;
+  client_ = slow;
+  ask_for_view(1, paths);
+  client_ = quick;
+  ask_for_view(2, scene());
+  EXPECT_EQ(quick_page->wait_for(1)[0]["type"], "frame");
+  for (std::size_t n = 0; n < slow_page->count(); ++n) {
+    EXPECT_EQ(slow_page->message(n)["type"], "progress");
+  }
+  slow->leave();
+  queue.finish();
+}
+
 TEST_F(ClientTest, a_question_is_answered_with_what_the_program_says_elsewhere) {
   client_->receive(
       json{{"type", "explain"}, {"id", 1}, {"scene", scene()}, {"pixel", {8, 8}}}.dump());
@@ -162,6 +234,31 @@ TEST_F(ClientTest, who_has_left_is_sent_nothing_more) {
   gate.unlock();
   queue_.finish();
   EXPECT_EQ(page_->count(), 0u);
+}
+
+TEST(WorkQueue, beside_a_piece_that_has_stepped_aside_one_other_is_done_at_a_time) {
+  WorkQueue queue(1, 2);
+  std::promise<void> end, all_done;
+  queue.add([&] {
+    WorkQueue::Place place(queue);
+    place.step_aside();
+    place.step_aside();
+    end.get_future().wait();
+  });
+  constexpr int kPieces = 100;
+  std::atomic<int> under_way = 0, most = 0, done = 0;
+  for (int n = 0; n < kPieces; ++n) {
+    queue.add([&] {
+      most = std::max<int>(most, ++under_way);
+      std::this_thread::yield();
+      --under_way;
+      if (++done == kPieces) all_done.set_value();
+    });
+  }
+  EXPECT_EQ(all_done.get_future().wait_for(std::chrono::seconds(60)), std::future_status::ready);
+  EXPECT_EQ(most, 1);
+  end.set_value();
+  queue.finish();
 }
 
 TEST(WorkQueue, who_adds_the_next_piece_when_the_last_is_done_takes_turns) {

@@ -14,8 +14,8 @@ namespace {
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kMovingFrame_ms = 40;   // what tracing or sending may take of a moving frame
-constexpr double kMovingLinks_ms = 100;  // and linking surfaces, for indirect light
+constexpr double kMovingFrame_ms = 40;      // what tracing or sending may take of a moving frame
+constexpr double kMovingIndirect_ms = 100;  // and linking surfaces or following paths
 constexpr int kMostReduced = 4;
 constexpr int kMovingQuality = 82;
 
@@ -121,11 +121,16 @@ int Drawing::reduction_for(const Scene& whole, bool settled) const {
   if (settled) return 1;
   const double pixels = static_cast<double>(whole.camera->width()) * whole.camera->height();
   const double shadows_ms = whole.shadows ? shadow_ms_per_pixel_ * pixels : 0;
+  const bool has_paths = whole.indirect == IndirectMethod::kPath;
+  const double paths_ms = has_paths ? path_ms_per_pixel_ * pixels : 0;
+  const auto is_soon = [&](double frame_ms, int by) {
+    return frame_ms / (by * by) <= kMovingFrame_ms && paths_ms / (by * by) <= kMovingIndirect_ms;
+  };
   const bool is_traced = whole_ && same_rays(*whole_, whole);
-  if (is_traced && shadows_ms / (reduction_ * reduction_) <= kMovingFrame_ms) return reduction_;
+  if (is_traced && is_soon(shadows_ms, reduction_)) return reduction_;
   const double frame_ms = trace_ms_per_pixel_ * pixels + shadows_ms;
   int by = 1;
-  while (by < kMostReduced && frame_ms / (by * by) > kMovingFrame_ms) ++by;
+  while (by < kMostReduced && !is_soon(frame_ms, by)) ++by;
   return by;
 }
 
@@ -133,10 +138,13 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
                            const std::vector<SceneInput>& inputs, double bytes_per_ms,
                            const ProgressListener& listener) {
   SceneDescription drawn = description;
-  // Paths take seconds, and nothing of them can be kept: moving frames show the ambient term in
-  // their place. Of transport they show what there is by then.
-  if (!request.settled && drawn.indirect == IndirectMethod::kPath) {
-    drawn.indirect = IndirectMethod::kOff;
+  // Paths take seconds, and nothing of them can be kept: moving frames show one for each pixel,
+  // denoised. Of transport they show what there is by then.
+  const bool is_preview = !request.settled && drawn.indirect == IndirectMethod::kPath;
+  if (is_preview) {
+    drawn.spp = 1;
+    drawn.indirect_error.reset();
+    drawn.denoise = true;
   }
   Scene whole = resolve(drawn, inputs);
   const int by = reduction_for(whole, request.settled);
@@ -157,10 +165,14 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
   whole_ = std::move(whole);
   reduction_ = by;
 
-  const auto linking = Clock::now();
+  const auto indirect = Clock::now();
   std::function<bool()> stop;
-  if (!request.settled) stop = [&] { return ms_since(linking) > kMovingLinks_ms; };
+  if (!request.settled) stop = [&] { return ms_since(indirect) > kMovingIndirect_ms; };
+  const int found_before = session_.counters().indirect;
   session_.indirect(scene, listener, stop);
+  if (is_preview && session_.counters().indirect > found_before) {
+    path_ms_per_pixel_ = ms_since(indirect) / pixels;
+  }
 
   const auto lighting = Clock::now();
   std::vector<ShownPicture> pictures;

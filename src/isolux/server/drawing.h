@@ -21,7 +21,7 @@ class Drawing {
   /// first), the header, and one or two picture files, whose lengths the header tells.
   ///
   /// What does not fit the time of a moving frame is drawn with fewer pixels: rays, where the eye
-  /// moves; only sent with fewer, where the line is slow.
+  /// moves or paths are followed; only sent with fewer, where the line is slow.
   /// @param description  of the scene that `request` carries, with `inputs` for its inputs.
   /// @param bytes_per_ms  what the line to the page has carried lately; 0: not known.
   /// @param listener  is told of the tracing, and may throw to end it.
@@ -48,6 +48,7 @@ class Drawing {
   int reduction_ = 1;                 ///< how many pixels along each side became one
   double trace_ms_per_pixel_ = 3e-4;  ///< a first guess, so that the first frame comes soon
   double shadow_ms_per_pixel_ = 0;    ///< with the lighting
+  double path_ms_per_pixel_ = 1e-4;   ///< one path each, denoised; a guess as well
   double sent_bytes_per_pixel_ = 0;
 };
 

@@ -19,8 +19,8 @@ namespace {
 
 using nlohmann::json;
 
-// Two draw at a time, so that one page's slow frame does not hold up all others.
-constexpr int kDrawingThreads = 2;
+// Two pages' pictures at a time; those that take long step aside, and others go on beside them.
+constexpr int kDrawnAtOnce = 2, kDrawnAside = 14;
 
 json option_json(const Option& option) {
   json row = {{"sentence", option.sentence},
@@ -80,7 +80,7 @@ std::string replaced(const std::vector<std::pair<std::string, std::string>>& pat
 }  // namespace
 
 Viewer::Viewer(std::string version, const json& document, std::vector<ReadResult> inputs)
-    : version_(std::move(version)), drawing_(kDrawingThreads) {
+    : version_(std::move(version)), drawing_(kDrawnAtOnce, kDrawnAside) {
   for (ReadResult& input : inputs) inputs_.add(std::move(input), reading_keys(document), false);
   const auto named = inputs_.inputs_of(document);
   document_ = starting_scene(document, named);

@@ -13,11 +13,31 @@ namespace isolux {
 /// piece only when the last is done takes turns with all others.
 class WorkQueue {
  public:
-  explicit WorkQueue(int threads);
+  /// @param at_once  how many pieces are done beside each other.
+  /// @param aside  how many more may be under way, having stepped aside.
+  explicit WorkQueue(int at_once, int aside = 0);
   ~WorkQueue() { finish(); }
 
   /// `work` must not throw.
   void add(std::function<void()> work);
+
+  /// Held by a piece of work, so that others need not wait for its end where it turns out to be
+  /// long.
+  class Place {
+   public:
+    explicit Place(WorkQueue& queue) : queue_(queue) {}
+    ~Place();
+    Place(const Place&) = delete;
+    Place& operator=(const Place&) = delete;
+
+    /// From here on another piece is done in its place; any thread of the work may say so, also
+    /// more than once.
+    void step_aside();
+
+   private:
+    WorkQueue& queue_;
+    bool is_aside_ = false;
+  };
 
   std::size_t waiting() const;
 
@@ -30,6 +50,8 @@ class WorkQueue {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::function<void()>> waiting_;
+  int at_once_;
+  int under_way_ = 0;  ///< without those that have stepped aside
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };
