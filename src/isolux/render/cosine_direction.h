@@ -8,18 +8,30 @@
 
 namespace isolux {
 
-/// A direction by the cosine about `normal`: a point of the unit disk, lifted onto the sphere
-/// (Malley's method).
-inline Vec3 cosine_direction(Vec3 normal, UnitPoint p) {
+/// Two unit axes across a unit normal and each other (Duff et al. 2017, "Building an orthonormal
+/// basis, revisited").
+struct TangentFrame {
+  Vec3 across, along, normal;
+
+  explicit TangentFrame(Vec3 of) : normal(of) {
+    const double sign = std::copysign(1.0, of.z);
+    const double a = -1 / (sign + of.z), b = of.x * of.y * a;
+    across = {1 + sign * of.x * of.x * a, sign * b, -sign * of.x};
+    along = {b, sign + of.y * of.y * a, -of.y};
+  }
+  Vec3 world(Vec3 local) const { return local.x * across + local.y * along + local.z * normal; }
+};
+
+/// A direction by the cosine about z: a point of the unit disk, lifted onto the sphere (Malley's
+/// method).
+inline Vec3 cosine_direction(UnitPoint p) {
   const double radius = std::sqrt(p.u), angle = 2 * exact::kPi * p.v;
-  const double x = radius * exact::cos(angle), y = radius * exact::sin(angle);
-  const double z = std::sqrt(1 - p.u);
-  // Any two axes across the normal (Duff et al. 2017, "Building an orthonormal basis, revisited").
-  const double sign = std::copysign(1.0, normal.z);
-  const double a = -1 / (sign + normal.z), b = normal.x * normal.y * a;
-  const Vec3 across{1 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x};
-  const Vec3 along{b, sign + normal.y * normal.y * a, -normal.y};
-  return x * across + y * along + z * normal;
+  return {radius * exact::cos(angle), radius * exact::sin(angle), std::sqrt(1 - p.u)};
+}
+
+/// The same about `normal`.
+inline Vec3 cosine_direction(Vec3 normal, UnitPoint p) {
+  return TangentFrame(normal).world(cosine_direction(p));
 }
 
 /// `direction`, or where it dips below the tangent plane that `above` is the normal of, its

@@ -15,6 +15,8 @@ constexpr int kMost = 16;  // points at once
 
 // How far from a point's tangent plane samples may lie, in edges of blocks.
 constexpr float kThickness = 0.5f;
+// The same for another sheet of a mesh: where two of them lie in one plane, the seam is not seen.
+constexpr float kOtherThickness = 0.02f;
 // Points go together where they are no further apart.
 constexpr float kTogether = 1;
 
@@ -22,6 +24,7 @@ constexpr float kTogether = 1;
 struct Points {
   int count = 0;
   std::int32_t surface = 0;
+  std::uint32_t sheet = 0;
   std::array<float, kMost> x, y, z;                       // in blocks, from `origin`
   std::array<float, kMost> normal_x, normal_y, normal_z;  // outside
   std::array<float, kMost> across_x, across_y, across_z;  // the same as a covector in blocks
@@ -43,7 +46,8 @@ Weights weights_of(const SampleSite& site, const Points& points) {
              oy = static_cast<float>(site.in_blocks.y - points.origin.y),
              oz = static_cast<float>(site.in_blocks.z - points.origin.z);
   constexpr float kScale = 1 / (PixelBlend::kReach * PixelBlend::kReach);
-  constexpr float kPlaneScale = 1 / (kThickness * kThickness);
+  const float thickness = site.sheet == points.sheet ? kThickness : kOtherThickness;
+  const float plane_scale = 1 / (thickness * thickness);
   Weights weights;
   for (std::size_t n = 0; n < kMost; ++n) {
     const float dx = ox - points.x[n], dy = oy - points.y[n], dz = oz - points.z[n];
@@ -53,7 +57,7 @@ Weights weights_of(const SampleSite& site, const Points& points) {
                            site.normal.z * points.normal_z[n]);
     const float square = likeness * likeness;
     weights[n] = falling(kScale * (dx * dx + dy * dy + dz * dz)) *
-                 falling(kPlaneScale * off * off) * square * square * square * square;
+                 falling(plane_scale * off * off) * square * square * square * square;
   }
   return weights;
 }
@@ -89,6 +93,7 @@ class PixelBlend::Finder {
     Vec3 in_blocks;
     Vec3 outward;
     SeenSide side;
+    std::uint32_t sheet;
   };
 
   Met met(std::int32_t surface, Vec3 position, Vec3 normal, Vec3 to_eye,
@@ -100,7 +105,10 @@ class PixelBlend::Finder {
     const Vec3 outward = turned ? -normal : normal;
     const bool inside =
         of.mesh() ? is_inside(of, position, point, outward, -to_eye) : dot(out, to_eye) < 0;
-    return {samples_.in_blocks(surface, position), outward, {inside, turned != inside}};
+    return {samples_.in_blocks(surface, position),
+            outward,
+            {inside, turned != inside},
+            samples_.sheet(surface, point)};
   }
 
   void find_block(std::size_t place, std::uint32_t hits, Piece& piece) {
@@ -118,11 +126,13 @@ class PixelBlend::Finder {
       std::array<std::size_t, kBlock> members;
       Points points;
       points.surface = buffer_.surface[place + first];
+      points.sheet = all[first].sheet;
       points.origin = all[first].in_blocks;
       for (std::uint32_t rest = hits; rest != 0; rest &= rest - 1) {
         const auto n = static_cast<std::size_t>(std::countr_zero(rest));
         const Vec3 from_origin = all[n].in_blocks - points.origin;
-        if (buffer_.surface[place + n] != points.surface || length(from_origin) > kTogether) {
+        if (buffer_.surface[place + n] != points.surface || all[n].sheet != points.sheet ||
+            length(from_origin) > kTogether) {
           continue;
         }
         members[static_cast<std::size_t>(points.count)] = n;
@@ -139,6 +149,7 @@ class PixelBlend::Finder {
     Points points;
     points.surface = point.surface;
     const Met at = met(point.surface, point.position, {nx, ny, nz}, {ex, ey, ez}, point.point);
+    points.sheet = at.sheet;
     points.origin = at.in_blocks;
     add(points, at);
     weigh(points);
@@ -217,7 +228,7 @@ class PixelBlend::Finder {
     const Vec3 at = points.origin + Vec3{points.x[n], points.y[n], points.z[n]};
     const Vec3 outward{points.normal_x[n], points.normal_y[n], points.normal_z[n]};
     const std::uint32_t sample =
-        samples_.find_in_blocks(points.surface, at, outward, points.side[n]);
+        samples_.find_in_blocks(points.surface, at, points.sheet, outward, points.side[n]);
     if (sample == SurfaceSamples::kNone) return;
     weighed_of(sample).weights[n] += least - sums_[n];
     sums_[n] = least;
@@ -228,15 +239,15 @@ class PixelBlend::Finder {
     const auto count = static_cast<std::size_t>(points.count);
     std::array<int, kBlock> left;
     std::array<std::size_t, kBlock> greatest{};
-    left.fill(kWhole);
+    left.fill(BlendShare::kWhole);
     const std::size_t begin = piece.shares.size();
     for (const Weighed& weighed : weighed_) {
-      Share share{weighed.sample, {}};
+      BlendShare share{weighed.sample, {}};
       bool counts = false;
       for (std::size_t n = 0; n < count; ++n) {
         if (sums_[n] == 0) continue;
-        const auto weight =
-            static_cast<std::uint16_t>(weighed.weights[n] / sums_[n] * kWhole);  // rounds down
+        const auto weight = static_cast<std::uint16_t>(weighed.weights[n] / sums_[n] *
+                                                       BlendShare::kWhole);  // rounds down
         share.weight[members[n]] = weight;
         left[n] -= weight;
         counts = counts || weight > 0;
@@ -279,56 +290,66 @@ PixelBlend::PixelBlend(const Scene& scene, const SceneSurfaces& surfaces,
       }
     }
   });
-  std::vector<bool> used(samples.size());
-  for (const Piece& piece : pieces_) {
-    for (const Share& share : piece.shares) used[share.sample] = true;
-    for (const Point& point : piece.points) used[point.sample] = true;
-  }
+  // What weights are for becomes a number in samples().
+  constexpr std::uint32_t kUnused = ~0u;
+  std::vector<std::uint32_t> numbers(samples.size(), kUnused);
+  const auto each_sample = [&](const auto& body) {
+    for (Piece& piece : pieces_) {
+      for (BlendShare& share : piece.shares) body(share.sample);
+      for (Point& point : piece.points) body(point.sample);
+    }
+  };
+  each_sample([&](std::uint32_t& sample) { numbers[sample] = 0; });
   for (std::uint32_t n = 0; n < samples.size(); ++n) {
-    if (used[n]) samples_.push_back(n);
+    if (numbers[n] == kUnused) continue;
+    numbers[n] = static_cast<std::uint32_t>(samples_.size());
+    samples_.push_back(n);
   }
+  each_sample([&](std::uint32_t& sample) { sample = numbers[sample]; });
 }
 
-void PixelBlend::pixels(const SampleLight* of_samples,
+void PixelBlend::pixels(const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer,
                         std::vector<float>* const (&channels)[4]) const {
   parallel_for(pieces_.size(), 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t n = first; n < last; ++n) {
       const Piece& piece = pieces_[n];
-      std::size_t share = 0;
+      std::size_t begin = 0;
       for (std::size_t block = 0; block < piece.ends.size(); ++block) {
-        float sums[4][kBlock] = {};
-        for (; share < piece.ends[block]; ++share) {
-          const Share& of = piece.shares[share];
-          const SampleLight& light = of_samples[of.sample];
-          for (std::size_t pixel = 0; pixel < kBlock; ++pixel) {
-            const auto weight = static_cast<float>(of.weight[pixel]);
-            for (std::size_t c = 0; c < 4; ++c) sums[c][pixel] += weight * light[c];
-          }
-        }
         const std::size_t place = (kTilesAPiece * 4 * n + block) * kBlock;
-        for (std::size_t c = 0; c < 4; ++c) {
-          float* const to = channels[c]->data() + place;
-          for (std::size_t pixel = 0; pixel < kBlock; ++pixel) {
-            to[pixel] = sums[c][pixel] * (1.0f / kWhole);
-          }
-        }
+        float* to[4];
+        for (std::size_t c = 0; c < 4; ++c) to[c] = channels[c]->data() + place;
+        const std::size_t end = piece.ends[block];
+        blend({piece.shares.data() + begin, end - begin}, of_samples.data(),
+              {&buffer.normal_x[place], &buffer.normal_y[place], &buffer.normal_z[place]}, to);
+        begin = end;
       }
     }
   });
 }
 
-std::vector<std::vector<SampleLight>> PixelBlend::further(const SampleLight* of_samples) const {
+std::vector<std::vector<SampleLight>> PixelBlend::further(
+    const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer) const {
   std::vector<std::vector<SampleLight>> tiles;
   for (const Piece& piece : pieces_) {
     std::size_t point = 0, share = 0;
     for (const std::uint32_t tile_end : piece.tile_ends) {
+      const FurtherPoints& points = buffer.further[tiles.size()];
       std::vector<SampleLight>& tile = tiles.emplace_back();
       for (; point < tile_end; ++point) {
+        const auto& normal = points[tile.size()].normal;
         SampleLight& sum = tile.emplace_back();
         for (; share < piece.point_ends[point]; ++share) {
-          const Point& of = piece.points[share];
-          for (std::size_t c = 0; c < 4; ++c) sum[c] += of.weight * of_samples[of.sample][c];
+          const SlopedLight& light = of_samples[piece.points[share].sample];
+          for (std::size_t c = 0; c < 4; ++c) {
+            float turned = light.mean[c];
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+              turned += normal[axis] * light.slope[axis][c];
+            }
+            sum[c] += piece.points[share].weight * turned;
+          }
         }
+        for (float& channel : sum) channel = std::max(0.0f, channel);
+        sum[3] = std::min(1.0f, sum[3]);
       }
     }
   }
@@ -338,7 +359,7 @@ std::vector<std::vector<SampleLight>> PixelBlend::further(const SampleLight* of_
 double PixelBlend::bytes() const {
   double sum = 0;
   for (const Piece& piece : pieces_) {
-    sum += static_cast<double>(piece.shares.capacity() * sizeof(Share) +
+    sum += static_cast<double>(piece.shares.capacity() * sizeof(BlendShare) +
                                piece.points.capacity() * sizeof(Point) +
                                (piece.ends.capacity() + piece.point_ends.capacity()) * 4);
   }

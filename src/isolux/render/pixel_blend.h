@@ -4,14 +4,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "isolux/render/blend_shares.h"
 #include "isolux/render/surface_buffer.h"
 #include "isolux/render/surface_samples.h"
 #include "isolux/scene/scene.h"
 
 namespace isolux {
-
-/// Four numbers of a sample: irradiance per channel and the share of open sky.
-using SampleLight = std::array<float, 4>;
 
 /// How the light at the points of a SurfaceBuffer is made of that at samples: a weighted mean over
 /// those that lie near, on the same side, with a like normal and near the point's tangent plane.
@@ -28,30 +26,26 @@ class PixelBlend {
   /// Numbers of all samples that have a weight, in order.
   const std::vector<std::uint32_t>& samples() const { return samples_; }
 
-  /// Calls write(place, light) for each pixel that shows a surface: each pixel once.
-  void pixels(const SampleLight* of_samples, std::vector<float>* const (&channels)[4]) const;
+  /// `of_samples` are in the order of samples().
+  /// The light at the pixels of the buffer, into arrays of its length; 0 where nothing is met.
+  void pixels(const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer,
+              std::vector<float>* const (&channels)[4]) const;
   /// The light at each further point of each tile; 0 for the background.
-  std::vector<std::vector<SampleLight>> further(const SampleLight* of_samples) const;
+  std::vector<std::vector<SampleLight>> further(const std::vector<SlopedLight>& of_samples,
+                                                const SurfaceBuffer& buffer) const;
 
   double bytes() const;
 
  private:
-  static constexpr int kBlock = SurfaceBuffer::kBlockPixels;
-  // Weights are counted in 1 / kWhole; those of a pixel make kWhole.
-  static constexpr int kWhole = 65535;
+  static constexpr int kBlock = BlendShare::kPixels;
 
-  // A sample's weights in the pixels of a block.
-  struct Share {
-    std::uint32_t sample;
-    std::array<std::uint16_t, kBlock> weight;
-  };
   struct Point {
     std::uint32_t sample;
     float weight;
   };
   // The shares of consecutive tiles.
   struct Piece {
-    std::vector<Share> shares;
+    std::vector<BlendShare> shares;
     std::vector<std::uint32_t> ends;  // of each block's shares, four for each tile
     std::vector<Point> points;
     std::vector<std::uint32_t> point_ends;  // of each further point's

@@ -4,6 +4,8 @@
 #include <limits>
 #include <span>
 
+#include "isolux/mesh/mesh_sheets.h"
+
 namespace isolux {
 namespace {
 
@@ -11,27 +13,31 @@ namespace {
 constexpr double kLikeness = 0.6;
 
 struct Group {
+  std::uint32_t sheet;
   Vec3 normals;    // sum
   Vec3 positions;  // sum
   int count = 0;
 };
 
 // Which group each place of a block belongs to.
-std::vector<Group> groups_of(std::span<const SurfacePlace> places, std::vector<std::size_t>& of) {
+template <typename SheetOf>
+std::vector<Group> groups_of(std::span<const SurfacePlace> places, const SheetOf& sheet_of,
+                             std::vector<std::size_t>& of) {
   std::vector<Group> groups;
   of.clear();
   for (const SurfacePlace& place : places) {
     const Vec3 normal = as_double(place.normal);
+    const std::uint32_t sheet = sheet_of(place);
     std::size_t best = groups.size();
     double most = kLikeness;
     for (std::size_t g = 0; g < groups.size(); ++g) {
       const double likeness = dot(normal, groups[g].normals) / length(groups[g].normals);
-      if (likeness > most) {
+      if (groups[g].sheet == sheet && likeness > most) {
         most = likeness;
         best = g;
       }
     }
-    if (best == groups.size()) groups.emplace_back();
+    if (best == groups.size()) groups.push_back({sheet, {}, {}, 0});
     Group& group = groups[best];
     group.normals = group.normals + normal;
     group.positions = group.positions + place.position;
@@ -64,12 +70,14 @@ void SurfaceSamples::add(const PreparedSurface& surface, std::int32_t number, in
   const std::vector<SurfacePlace> places = surface.lanes()
                                                ? places_of(*surface.lanes(), edge)
                                                : places_of(*surface.mesh(), grid.block_from_world);
+  sheets_.push_back(surface.mesh() ? sheets_of(*surface.mesh()) : std::vector<std::uint32_t>());
+  const auto sheet_of = [&](const SurfacePlace& place) { return sheet(number, place.point); };
   std::vector<std::size_t> group_of;
   for (std::size_t begin = 0, end; begin < places.size(); begin = end) {
     const BlockIndex& block = places[begin].block;
     for (end = begin + 1; end < places.size() && places[end].block == block;) ++end;
     const std::span<const SurfacePlace> in_block(&places[begin], end - begin);
-    const std::vector<Group> groups = groups_of(in_block, group_of);
+    const std::vector<Group> groups = groups_of(in_block, sheet_of, group_of);
     grid.add(block, {static_cast<std::uint32_t>(sites_.size()),
                      static_cast<std::uint32_t>(groups.size())});
     for (std::size_t g = 0; g < groups.size(); ++g) {
@@ -84,19 +92,21 @@ void SurfaceSamples::add(const PreparedSurface& surface, std::int32_t number, in
         nearest = &in_block[n];
       }
       sites_.push_back({nearest->position, as_float(grid.block_from_world.point(nearest->position)),
-                        nearest->normal, nearest->true_normal, number, nearest->point});
+                        nearest->normal, nearest->true_normal, number, nearest->point,
+                        groups[g].sheet});
     }
   }
 }
 
-std::uint32_t SurfaceSamples::find_in_blocks(std::int32_t surface, Vec3 at, Vec3 outward,
-                                             SeenSide side) const {
+std::uint32_t SurfaceSamples::find_in_blocks(std::int32_t surface, Vec3 at, std::uint32_t sheet,
+                                             Vec3 outward, SeenSide side) const {
   std::uint32_t found = kNone;
   double best = -std::numeric_limits<double>::infinity();
   const auto look = [&](std::uint32_t site) {
-    // A turn by a right angle counts as much as two blocks' distance.
+    // A turn by a right angle counts as much as two blocks' distance, another sheet as one.
     const double score = 2 * dot(as_double(sites_[site].normal), outward) -
-                         length(as_double(sites_[site].in_blocks) - at);
+                         length(as_double(sites_[site].in_blocks) - at) -
+                         (sites_[site].sheet == sheet ? 0 : 1);
     if (score > best) {
       best = score;
       found = sample(site, side);
@@ -117,6 +127,7 @@ std::uint32_t SurfaceSamples::find_in_blocks(std::int32_t surface, Vec3 at, Vec3
 double SurfaceSamples::bytes() const {
   double sum = static_cast<double>(sites_.size() * sizeof(SampleSite));
   for (const Grid& grid : grids_) sum += grid.bytes();
+  for (const auto& sheets : sheets_) sum += static_cast<double>(sheets.size() * sizeof(sheets[0]));
   return sum;
 }
 

@@ -18,7 +18,8 @@ struct SampleSite {
   Vec3f normal;       ///< unit: the shading normal, on the surface's outside
   Vec3f true_normal;  ///< unit: that of the surface itself, on the same side
   std::int32_t surface;
-  MeshPoint point;  ///< on a mesh
+  MeshPoint point;      ///< on a mesh
+  std::uint32_t sheet;  ///< of a mesh: see SurfaceSamples::sheet
 };
 
 /// From where a point of a surface is seen, and how it so is lit.
@@ -35,9 +36,9 @@ bool is_inside(const PreparedSurface& surface, Vec3 position, const MeshPoint& p
                Vec3 direction);
 
 /// Samples all over the surfaces of a scene, which stand for the light there: in each block of a
-/// few cells one for each group of normals and each side, for surfaces are lit from both sides; so
-/// a block that holds a sheet of bone has samples outside and inside of either of its faces. They
-/// depend on the surfaces alone.
+/// few cells one for each group of normals, each sheet of a mesh and each side, for surfaces are
+/// lit from both sides; so a block that holds a sheet of bone has samples outside and inside of
+/// either of its faces. They depend on the surfaces alone.
 ///
 /// Samples count from 0, four to a site (see SeenSide): first the outsides of all sites, which are
 /// mostly all that is ever seen, so that what is used lies together.
@@ -68,6 +69,13 @@ class SurfaceSamples {
     return (side(sample).inside ? -1.0 : 1.0) * as_double(site(sample).true_normal);
   }
 
+  /// Which of a mesh's sheets a point lies on, those parts that do not hang together; 0 on an
+  /// isosurface, where the volume keeps sheets apart.
+  std::uint32_t sheet(std::int32_t surface, const MeshPoint& point) const {
+    const auto& sheets = sheets_[static_cast<std::size_t>(surface)];
+    return sheets.empty() ? 0 : sheets[point.triangle];
+  }
+
   /// A place of a surface in the space of its blocks.
   Vec3 in_blocks(std::int32_t surface, Vec3 position) const {
     return grids_[static_cast<std::size_t>(surface)].block_from_world.point(position);
@@ -79,12 +87,15 @@ class SurfaceSamples {
   }
 
   /// The sample that stands for a place: in its block, or in those around it, the one whose normal
-  /// is most like its own and that is not far. `outward` is the shading normal on the outside.
-  /// kNone: there is none anywhere near.
-  std::uint32_t find(std::int32_t surface, Vec3 position, Vec3 outward, SeenSide side) const {
-    return find_in_blocks(surface, in_blocks(surface, position), outward, side);
+  /// is most like its own and that is not far, of its own sheet if there is one. `outward` is the
+  /// shading normal on the outside. kNone: there is none anywhere near.
+  std::uint32_t find(std::int32_t surface, Vec3 position, const MeshPoint& point, Vec3 outward,
+                     SeenSide side) const {
+    return find_in_blocks(surface, in_blocks(surface, position), sheet(surface, point), outward,
+                          side);
   }
-  std::uint32_t find_in_blocks(std::int32_t surface, Vec3 at, Vec3 outward, SeenSide side) const;
+  std::uint32_t find_in_blocks(std::int32_t surface, Vec3 at, std::uint32_t sheet, Vec3 outward,
+                               SeenSide side) const;
 
   /// Calls body(number of a site) for those of a surface in blocks from `low` to `high`.
   template <typename Body>
@@ -145,6 +156,7 @@ class SurfaceSamples {
 
   std::vector<SampleSite> sites_;
   std::vector<Grid> grids_;
+  std::vector<std::vector<std::uint32_t>> sheets_;  // [surface][triangle]
 };
 
 }  // namespace isolux

@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "isolux/base/parallel.h"
+#include "isolux/render/gathered_light.h"
 #include "isolux/render/shadows.h"
 
 namespace isolux {
@@ -12,9 +13,9 @@ namespace {
 constexpr int kFirstLinks = 8, kLeastLinks = 16;
 // Samples that are shot from between two questions whether to stop.
 constexpr std::size_t kSamplesAtOnce = 1024;
-constexpr std::size_t kPieceToLight = 256;
+constexpr std::size_t kPieceToLight = 256, kPieceToShadow = 1024;
 
-constexpr double kBytesACoarse = 72, kBytesAFine = 16;
+constexpr double kBytesACoarse = 72, kBytesAFine = sizeof(SlopedLight);
 
 std::array<float, 4> as_floats(Rgb c) {
   return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b), 0};
@@ -28,24 +29,31 @@ Transport::Transport(const Scene& scene, const SceneSurfaces& surfaces, Transpor
   for (const auto& [fine, coarse] : kEdges) {
     fine_ = std::make_unique<SurfaceSamples>(surfaces, fine);
     coarse_ = std::make_unique<SurfaceSamples>(surfaces, coarse);
-    from_fine_ = std::make_unique<TransportLinks>(scene, surfaces, *fine_, *coarse_);
-    from_coarse_ = std::make_unique<TransportLinks>(scene, surfaces, *coarse_, *coarse_);
+    from_fine_ = std::make_unique<TransportLinks>(scene, surfaces, *fine_, *coarse_, links_);
+    from_coarse_ =
+        std::make_unique<TransportLinks>(scene, surfaces, *coarse_, *coarse_, coarse_links());
     if (bytes() <= options.memory / 2) break;
   }
 }
 
-int Transport::coarse_links() const { return std::max(links_ / 2, kFirstLinks); }
+int Transport::coarse_links() const { return std::max(links_ / 16, kFirstLinks); }
 
 void Transport::see(const Scene& scene, const SurfaceBuffer& buffer) {
   blend_.emplace(scene, surfaces_, *fine_, buffer);
-  if (bytes() > options_.memory) from_fine_->keep(blend_->samples());
-  // Of coarse samples hardly more than one of a site's four is ever reached.
-  const auto links = static_cast<double>(blend_->samples().size()) +
-                     static_cast<double>(coarse_->sites().size()) / 2;
+  // What links take where none meets the sky. Of coarse samples hardly more than one of a site's
+  // four is ever reached.
   const double left =
       options_.memory - bytes() + from_fine_->link_bytes() + from_coarse_->link_bytes();
+  const auto taken = [&] {
+    return static_cast<double>(sizeof(Link)) *
+           (links_ * static_cast<double>(blend_->samples().size()) +
+            coarse_links() * static_cast<double>(coarse_->sites().size()));
+  };
+  const int before = links_;
   links_ = options_.links;
-  while (4 * links * links_ > left && links_ > kLeastLinks) links_ /= 2;
+  while (taken() > left && links_ > kLeastLinks) links_ /= 2;
+  if (links_ < before) from_coarse_->keep({}, 0);
+  if (links_ < before || bytes() > options_.memory) from_fine_->keep(blend_->samples(), links_);
   bounces_ = -1;  // needs are to be found anew
 }
 
@@ -58,11 +66,8 @@ void Transport::need(std::uint32_t coarse, std::int8_t bounces) {
 }
 
 // What links lead to is needed with so many bounces.
-void Transport::follow(std::span<const std::uint32_t> links, std::size_t& followed,
-                       std::int8_t bounces) {
-  for (; followed < links.size(); ++followed) {
-    if (links[followed] < coarse_->size()) need(links[followed], bounces);
-  }
+void Transport::follow(const SampleLinks& row, std::uint16_t& followed, std::int8_t bounces) {
+  for (; followed < row.links.size(); ++followed) need(row.links[followed].to, bounces);
 }
 
 // Calls `shot` for each sample, when it has its links.
@@ -75,7 +80,7 @@ bool Transport::shoot(TransportLinks& links, const std::vector<std::uint32_t>& s
     const std::size_t end = std::min(samples.size(), begin + kSamplesAtOnce);
     lacking.clear();
     for (std::size_t n = begin; n < end; ++n) {
-      if (links.of(samples[n]).size() < wanted) lacking.push_back(samples[n]);
+      if (links.of(samples[n]).rays < count) lacking.push_back(samples[n]);
     }
     if (!lacking.empty()) {
       if (stop && stop()) return false;
@@ -98,19 +103,17 @@ bool Transport::refine(int bounces, const std::function<bool()>& stop) {
   if (bounces == 0) return true;
   for (int count = kFirstLinks; count <= links_; count *= 2) {
     const bool all_fine = shoot(*from_fine_, blend_->samples(), count, stop, [&](std::uint32_t n) {
-      std::size_t followed = fine_followed_[n];
-      follow(from_fine_->of(blend_->samples()[n]), followed, static_cast<std::int8_t>(bounces - 1));
-      fine_followed_[n] = static_cast<std::uint16_t>(followed);
+      follow(from_fine_->of(blend_->samples()[n]), fine_followed_[n],
+             static_cast<std::int8_t>(bounces - 1));
     });
     if (!all_fine) return false;
     for (int level = bounces - 1; level > 0; --level) {
       const std::vector<std::uint32_t> samples = needing_[static_cast<std::size_t>(level)];
-      const bool all = shoot(
-          *from_coarse_, samples, std::min(count, coarse_links()), stop, [&](std::uint32_t n) {
-            std::size_t followed = followed_[samples[n]];
-            follow(from_coarse_->of(samples[n]), followed, static_cast<std::int8_t>(level - 1));
-            followed_[samples[n]] = static_cast<std::uint16_t>(followed);
-          });
+      const bool all = shoot(*from_coarse_, samples, std::min(count, coarse_links()), stop,
+                             [&](std::uint32_t n) {
+                               follow(from_coarse_->of(samples[n]), followed_[samples[n]],
+                                      static_cast<std::int8_t>(level - 1));
+                             });
       if (!all) return false;
     }
   }
@@ -119,16 +122,16 @@ bool Transport::refine(int bounces, const std::function<bool()>& stop) {
 
 double Transport::done() const {
   if (!blend_ || bounces_ <= 0) return bounces_ == 0 ? 1 : 0;
-  std::size_t there = 0, wanted = 0;
-  const auto count = [&](std::span<const std::uint32_t> links, int all) {
-    wanted += static_cast<std::size_t>(all);
-    there += std::min(links.size(), static_cast<std::size_t>(all));
+  double there = 0, wanted = 0;
+  const auto count = [&](const SampleLinks& row, int all) {
+    wanted += all;
+    there += std::min(row.rays, all);
   };
   for (const std::uint32_t sample : blend_->samples()) count(from_fine_->of(sample), links_);
   for (const std::uint32_t sample : sources_) {
     if (needs_[sample] > 0) count(from_coarse_->of(sample), coarse_links());
   }
-  return wanted == 0 ? 1 : static_cast<double>(there) / static_cast<double>(wanted);
+  return wanted == 0 ? 1 : there / wanted;
 }
 
 void Transport::light_directly(const Scene& scene) {
@@ -136,43 +139,41 @@ void Transport::light_directly(const Scene& scene) {
   constexpr double kCame = 20;  // steps; only its side of the surface matters
   const ShadowRays shadow_rays(scene, surfaces_);
   direct_.resize(coarse_->size());
-  const std::size_t packets = (sources_.size() + kLanes - 1) / kLanes;
-  parallel_for(packets, 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t packet = begin; packet < end; ++packet) {
-      PointPacket points;
-      const std::size_t first = packet * kLanes;
-      const int count = static_cast<int>(std::min<std::size_t>(kLanes, sources_.size() - first));
+  parallel_for(sources_.size(), kPieceToShadow, [&](std::size_t begin, std::size_t end) {
+    std::array<Rgb, kPieceToShadow> sums{};
+    // Samples that a lamp may reach, until their rays fill a packet.
+    PointPacket points;
+    Rgb arriving[kLanes];
+    Rgb* to[kLanes];
+    int count = 0;
+    const auto add = [&](const Light& light) {
+      float share[kLanes];
+      std::ranges::fill(share, 1.0f);
+      if (scene.shadows && count > 0) shadow_rays.reach(light, points, ~0u >> (32 - count), share);
       for (int n = 0; n < count; ++n) {
-        const std::uint32_t sample = sources_[first + static_cast<std::size_t>(n)];
+        *to[n] = *to[n] + static_cast<double>(share[n]) * arriving[n];
+      }
+      count = 0;
+    };
+    for (const Light& light : scene.lights) {
+      for (std::size_t n = begin; n < end; ++n) {
+        const std::uint32_t sample = sources_[n];
         const SampleSite& site = coarse_->site(sample);
-        points.position[n] = site.position;
-        points.normal[n] = coarse_->normal(sample);
-        points.to_eye[n] = coarse_->true_normal(sample);
-        points.came_mm[n] = kCame * surfaces_.at(site.surface).step_mm();
-        points.surface[n] = site.surface;
-        points.point[n] = site.point;
+        const SurfacePoint at{site.position, coarse_->normal(sample), coarse_->true_normal(sample)};
+        arriving[count] = irradiance(light, at);
+        if (arriving[count] == Rgb{}) continue;
+        to[count] = &sums[n - begin];
+        points.position[count] = at.position;
+        points.normal[count] = at.normal;
+        points.to_eye[count] = at.to_eye;
+        points.came_mm[count] = kCame * surfaces_.at(site.surface).step_mm();
+        points.surface[count] = site.surface;
+        points.point[count] = site.point;
+        if (++count == kLanes) add(light);
       }
-      Rgb sums[kLanes] = {};
-      for (const Light& light : scene.lights) {
-        Rgb arriving[kLanes];
-        std::uint32_t lit = 0;
-        for (int n = 0; n < count; ++n) {
-          arriving[n] = irradiance(light, {points.position[n], points.normal[n], points.to_eye[n]});
-          if (arriving[n] != Rgb{}) lit |= 1u << n;
-        }
-        if (lit == 0) continue;
-        float share[kLanes];
-        std::ranges::fill(share, 1.0f);
-        if (scene.shadows) shadow_rays.reach(light, points, lit, share);
-        for (std::uint32_t rest = lit; rest != 0; rest &= rest - 1) {
-          const int n = std::countr_zero(rest);
-          sums[n] = sums[n] + static_cast<double>(share[n]) * arriving[n];
-        }
-      }
-      for (int n = 0; n < count; ++n) {
-        direct_[sources_[first + static_cast<std::size_t>(n)]] = as_floats(sums[n]);
-      }
+      add(light);
     }
+    for (std::size_t n = begin; n < end; ++n) direct_[sources_[n]] = as_floats(sums[n - begin]);
   });
 }
 
@@ -191,74 +192,55 @@ void Transport::set_albedo(const Scene& scene) {
   });
 }
 
-SampleLight Transport::mean_of(std::span<const std::uint32_t> links) const {
-  constexpr std::size_t kAtOnce = 4;  // sums that do not wait for each other
-  static_assert(kFirstLinks % kAtOnce == 0);
-  SampleLight sums[kAtOnce] = {};
-  for (std::size_t first = 0; first < links.size(); first += kAtOnce) {
-    for (std::size_t n = 0; n < kAtOnce; ++n) {
-      const SampleLight& from = sent_[links[first + n]];
-      for (std::size_t c = 0; c < 4; ++c) sums[n][c] += from[c];
-    }
-  }
-  const float share = links.empty() ? 0 : 1 / static_cast<float>(links.size());
-  SampleLight mean;
-  for (std::size_t c = 0; c < 4; ++c) {
-    mean[c] = share * ((sums[0][c] + sums[1][c]) + (sums[2][c] + sums[3][c]));
-  }
-  return mean;
-}
-
 void Transport::light(const Scene& scene) {
-  std::ranges::sort(sources_);  // neighbours' rays go together
+  // Neighbours' rays go together.
+  if (!std::ranges::is_sorted(sources_)) std::ranges::sort(sources_);
   light_directly(scene);
   set_albedo(scene);
   SampleLight sky = as_floats(scene.has_default_ambient ? Rgb{} : scene.ambient);
   sky[3] = 1;
-  for (auto* radiance : {&sent_, &next_}) {
-    radiance->resize(coarse_->size() + 2);
-    (*radiance)[from_fine_->sky()] = sky;
-    (*radiance)[from_fine_->dark()] = {};
-  }
+  sent_.resize(coarse_->size());
+  next_.resize(coarse_->size());
   const auto send = [&](std::uint32_t sample, const SampleLight& irradiance,
                         std::vector<SampleLight>& to) {
     for (std::size_t c = 0; c < 3; ++c) {
       to[sample][c] = albedo_[sample][c] * (direct_[sample][c] + irradiance[c]);
     }
   };
-  for (const std::uint32_t sample : sources_) send(sample, {}, sent_);
+  parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) send(sources_[n], {}, sent_);
+  });
   for (int bounce = 1; bounce < bounces_; ++bounce) {
     parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) {
-        if (needs_[sources_[n]] < bounce) continue;
-        const auto links = from_coarse_->of(sources_[n]);
-        const std::size_t count = std::min(links.size(), static_cast<std::size_t>(coarse_links()));
-        send(sources_[n], mean_of(links.first(count)), next_);
+        const std::uint32_t sample = sources_[n];
+        if (needs_[sample] < bounce) continue;
+        send(sample, gathered_light(from_coarse_->of(sample), sent_.data(), sky), next_);
       }
     });
     // What needs fewer bounces keeps what it sent before: no link that counts leads there any more.
     std::swap(sent_, next_);
   }
-  fine_light_.resize(fine_->size());
   const std::vector<std::uint32_t>& seen = blend_->samples();
-  parallel_for(
-      bounces_ > 0 ? seen.size() : 0, kPieceToLight, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-          const auto links = from_fine_->of(seen[n]);
-          const std::size_t count = std::min(links.size(), static_cast<std::size_t>(links_));
-          fine_light_[seen[n]] = mean_of(links.first(count));
-        }
-      });
+  fine_light_.assign(seen.size(), {});
+  if (bounces_ == 0) return;
+  parallel_for(seen.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      if (n + 1 < end) from_fine_->fetch(seen[n + 1]);
+      fine_light_[n] =
+          gathered_sloped(from_fine_->of(seen[n]), sent_.data(), sky, fine_->normal(seen[n]));
+    }
+  });
 }
 
 void Transport::gather(const SurfaceBuffer& buffer, Indirect& indirect) const {
   std::vector<float>* const channels[4] = {&indirect.pixels.r, &indirect.pixels.g,
                                            &indirect.pixels.b, &indirect.sky};
   for (std::vector<float>* channel : channels) channel->resize(buffer.pixels());
-  blend_->pixels(fine_light_.data(), channels);
+  blend_->pixels(fine_light_, buffer, channels);
   indirect.further.clear();
   if (buffer.further.empty()) return;
-  for (const auto& tile : blend_->further(fine_light_.data())) {
+  for (const auto& tile : blend_->further(fine_light_, buffer)) {
     auto& to = indirect.further.emplace_back();
     for (const auto& [r, g, b, sky] : tile) to.push_back({r, g, b});
   }
@@ -267,7 +249,9 @@ void Transport::gather(const SurfaceBuffer& buffer, Indirect& indirect) const {
 double Transport::bytes() const {
   return fine_->bytes() + coarse_->bytes() + from_fine_->bytes() + from_coarse_->bytes() +
          static_cast<double>(coarse_->size()) * kBytesACoarse +
-         static_cast<double>(fine_->size()) * kBytesAFine + (blend_ ? blend_->bytes() : 0);
+         (blend_ ? blend_->bytes() +
+                       static_cast<double>(blend_->samples().size() * sizeof(SlopedLight))
+                 : 0);
 }
 
 }  // namespace isolux

@@ -19,8 +19,8 @@ namespace isolux {
 
 struct TransportOptions {
   /// Links of each sample that the picture is blended of; those between which light goes to and fro
-  /// have half of them. A power of 2, at least 8.
-  int links = 128;
+  /// have a sixteenth of them, and 8 at least. A power of 2, at least 8.
+  int links = 256;
   double memory = 1e9;  ///< bytes; see Transport::bytes
 };
 
@@ -68,12 +68,11 @@ class Transport {
  private:
   int coarse_links() const;
   void need(std::uint32_t coarse, std::int8_t bounces);
-  void follow(std::span<const std::uint32_t> links, std::size_t& followed, std::int8_t bounces);
+  void follow(const SampleLinks& row, std::uint16_t& followed, std::int8_t bounces);
   bool shoot(TransportLinks& links, const std::vector<std::uint32_t>& samples, int count,
              const std::function<bool()>& stop, const std::function<void(std::uint32_t)>& shot);
   void light_directly(const Scene& scene);
   void set_albedo(const Scene& scene);
-  SampleLight mean_of(std::span<const std::uint32_t> links) const;
 
   const SceneSurfaces& surfaces_;
   TransportOptions options_;
@@ -91,9 +90,8 @@ class Transport {
   std::vector<std::uint32_t> sources_;               // all coarse samples with a need
   std::vector<SampleLight> direct_;                  // D
   std::vector<SampleLight> albedo_;                  // kd
-  // kd (D + E) of samples, and 0; of the open sky, and 1; of what is dark.
-  std::vector<SampleLight> sent_, next_;
-  std::vector<SampleLight> fine_light_;
+  std::vector<SampleLight> sent_, next_;             // kd (D + E), and 0
+  std::vector<SlopedLight> fine_light_;              // in the order of blend_->samples()
 };
 
 }  // namespace isolux

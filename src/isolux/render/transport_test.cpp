@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "isolux/base/parallel.h"
 #include "isolux/mesh/extract_isosurface.h"
+#include "isolux/render/cosine_direction.h"
+#include "isolux/render/gathered_light.h"
 #include "isolux/render/path_tracer.h"
 #include "isolux/render/ray_caster.h"
 #include "isolux/render/test_scenes.h"
+#include "isolux/volume/analytic_volume.h"
 #include "isolux/volume/phantom.h"
 
 namespace isolux {
@@ -50,6 +54,8 @@ json settings_of(const json& surface, const std::vector<json>& lamps, int bounce
           {"bounces", bounces}};
 }
 
+const json kLampA = {{"kind", "point"}, {"at", {-90, -200, 60}}, {"color", {1, 0.5, 0.2}}};
+const json kLampB = {{"kind", "directional"}, {"to", {1, -0.2, 0.3}}};
 const json kPointInTheMiddle = {{"kind", "point"}, {"at", {0, 0, 0}}};
 
 // The sphere of radius 16 as an isosurface, and as a mesh.
@@ -104,9 +110,6 @@ TEST(Transport, zero_bounces_are_dark) {
   const Lit lit(scene_of({input}, settings_of(surface, {kPointInTheMiddle}, 0)));
   each_hit(lit.buffer, [&](std::size_t place) { EXPECT_EQ(lit.indirect.pixels.at(place), Rgb{}); });
 }
-
-const json kLampA = {{"kind", "point"}, {"at", {-90, -200, 60}}, {"color", {1, 0.5, 0.2}}};
-const json kLampB = {{"kind", "directional"}, {"to", {1, -0.2, 0.3}}};
 
 Scene head_scene(const std::vector<json>& lamps, int bounces = 3) {
   return scene_of({volume(head_phantom(48))}, settings_of({{"iso", 300}}, lamps, bounces));
@@ -193,6 +196,193 @@ TEST(Transport, it_agrees_with_the_path_tracer) {
   });
   EXPECT_LT(std::fabs(bias), 0.02 * mean);
   EXPECT_LT(off, 0.12 * mean);
+}
+
+TEST(Transport, nothing_comes_through_a_closed_shell) {
+  // The eye is within the shell, the lamps are not. With face normals there is nothing to see, to
+  // the last bit. Normals smoother than the surface face a lamp here and there where it does not,
+  // by a hair, and the contract then lets light in (the shadow terminator): less than 1 in 1000.
+  Mesh facets = extract_isosurface(sphere_phantom(33), 0.5);
+  facets.normals.clear();
+  const json albedo = {0.7, 0.7, 0.7};
+  const std::tuple<SceneInput, json, double> shells[] = {
+      {mesh(std::move(facets)), {{"input", 1}, {"kd", albedo}}, 0},
+      {volume(sphere_phantom()), {{"iso", 0.5}, {"kd", albedo}}, 0.001}};
+  for (const auto& [input, surface, most] : shells) {
+    json settings = settings_of(surface, {kLampA, kLampB}, 3);
+    settings["camera"] = {{"eye", {0, 0, 0}}, {"target", {1, 2, 1}}, {"fov", 120}};
+    const Lit lit(scene_of({input}, settings));
+    const int hits = each_hit(lit.buffer, [&](std::size_t place) {
+      EXPECT_LE(lit.indirect.pixels.at(place).r, most);
+      EXPECT_EQ(lit.indirect.sky[place], 0);
+    });
+    EXPECT_EQ(hits, kTestSize * kTestSize);
+  }
+}
+
+TEST(Transport, nothing_comes_through_a_sheet_of_one_voxel) {
+  // A sheet from z = 7 to 9 mm over a floor at -25, as wide as the volume of 2 mm voxels. Under a
+  // lamp straight above, what lies between is in the sheet's shadow and sees nothing that is not.
+  const Volume sheet_and_floor = sample_on_cube<float>(
+      33, 32, [](Vec3 p_mm) { return p_mm.z < -25 || p_mm.z == 8 ? 1.0 : 0.0; });
+  for (const double down : {-1.0, 1.0}) {
+    json settings = settings_of({{"iso", 0.5}}, {{{"kind", "directional"}, {"to", {0, 0, 1}}}}, 3);
+    settings["camera"] = {{"eye", {0, 0, -9}}, {"target", {8, 4, -9 + 16 * down}}, {"fov", 70}};
+    const Lit lit(scene_of({volume(sheet_and_floor)}, settings));
+    const int hits = each_hit(
+        lit.buffer, [&](std::size_t place) { EXPECT_EQ(lit.indirect.pixels.at(place), Rgb{}); });
+    EXPECT_GT(hits, kTestSize * kTestSize / 2);
+  }
+}
+
+// Two squares that face each other: half width 10 at z = 0 and half width 6 at z = 12. Without
+// shadows a lamp straight below lights the small one's face all over and no other that sees one,
+// and a lamp straight above the large one's. An orthographic camera between them counts the same
+// area for every pixel, so that the sum over its pixels is what light arrives.
+template <typename Method>
+double arriving_at(bool at_small, const Method& method) {
+  json settings = settings_of({{"input", 1}},
+                              {{{"kind", "directional"}, {"to", {0, 0, at_small ? 1 : -1}}}}, 1);
+  settings["shadows"] = "off";
+  settings["spp"] = 256;
+  settings["camera"] = {{"eye", {0, 0, 6}},
+                        {"target", {0, 0, at_small ? 12 : 0}},
+                        {"up", {0, 1, 0}},
+                        {"projection", "orthographic"},
+                        {"height", 24}};
+  const Scene scene = scene_of({mesh(square(0, 10, false)), mesh(square(12, 6, true))}, settings);
+  double sum = 0;
+  method(scene, [&](const SurfaceBuffer& buffer, const Indirect& indirect) {
+    each_hit(buffer, [&](std::size_t place) { sum += indirect.pixels.at(place).b; });
+  });
+  return sum;
+}
+
+TEST(Transport, what_one_square_sends_to_another_it_would_get_from_it) {
+  // Squares have the same albedo all over in blue.
+  const auto by_transport = [](const Scene& scene, const auto& use) {
+    const Lit lit(scene);
+    use(lit.buffer, lit.indirect);
+  };
+  const auto by_paths = [](const Scene& scene, const auto& use) {
+    const RayCaster caster(scene);
+    const SurfaceBuffer buffer = caster.cast(*scene.camera);
+    PathTracer tracer(scene, caster.surfaces());
+    tracer.run(buffer);
+    use(buffer, tracer.indirect(buffer));
+  };
+  const double up = arriving_at(true, by_paths), down = arriving_at(false, by_paths);
+  EXPECT_GT(up, 10);
+  EXPECT_NEAR(up, down, 0.02 * up);
+  EXPECT_NEAR(arriving_at(true, by_transport), up, 0.02 * up);
+  EXPECT_NEAR(arriving_at(false, by_transport), up, 0.02 * up);
+}
+
+TEST(Transport, a_sheet_close_under_another_does_not_show_the_dark_between_them) {
+  // A lamp's square under a ceiling, as in the Cornell box, nearer than half a block of samples
+  // (the root of its area / 160,000: 0.05). Both see the floor, but what of the ceiling is behind
+  // the square sees nothing.
+  Mesh ceiling = square(12, 10, true);
+  const Mesh lamp = square(11.99, 4, true);
+  for (const auto& [a, b, c] : lamp.triangles) ceiling.triangles.push_back({a + 4, b + 4, c + 4});
+  ceiling.positions.insert(ceiling.positions.end(), lamp.positions.begin(), lamp.positions.end());
+  ceiling.colors.insert(ceiling.colors.end(), lamp.colors.begin(), lamp.colors.end());
+  ceiling.parts = {{0, 4, 0}};
+  json settings = settings_of({{"input", 1}}, {{{"kind", "directional"}, {"to", {0, 0, 1}}}}, 1);
+  settings["shadows"] = "off";
+  settings["camera"] = {{"eye", {0, 0, 6}},
+                        {"target", {0, 0, 12}},
+                        {"up", {0, 1, 0}},
+                        {"projection", "orthographic"},
+                        {"height", 7}};
+  const Lit lit(scene_of({mesh(square(0, 10, false)), mesh(std::move(ceiling))}, settings));
+  // In the middle, the floor's form factor of 0.464 (a square of 20 seen from 12) times its albedo
+  // in blue, 1/2 * 1/4; at the square's corner 0.421.
+  const int hits = each_hit(lit.buffer, [&](std::size_t place) {
+    EXPECT_GT(lit.indirect.pixels.at(place).b, 0.41 / 8);
+    EXPECT_LT(lit.indirect.pixels.at(place).b, 0.475 / 8);
+  });
+  EXPECT_EQ(hits, kTestSize * kTestSize);
+}
+
+TEST(Transport, turned_towards_the_light_a_point_receives_more_and_under_even_light_the_same) {
+  // Links of a sample whose normal is z: half of them go sideways along +x, half along -x.
+  SampleLinks row;
+  for (std::uint32_t n = 0; n < 64; ++n) {
+    const auto tilt = static_cast<std::int16_t>((n % 2 ? -0.5 : 0.5) / LinkTilt::kStep);
+    row.links.push_back({n % 2, tilt, 0});
+    row.all_tilt.add(row.links.back().tilt());
+    ++row.rays;
+  }
+  const SampleLight none{}, one{1, 1, 1, 1};
+  const SampleLight even[2] = {one, one}, uneven[2] = {one, none};
+  const Vec3 normal{0, 0, 1};
+  const Vec3 x = TangentFrame(normal).across;
+  const auto along_x = [&](const SlopedLight& light) {
+    return x.x * light.slope[0][0] + x.y * light.slope[1][0] + x.z * light.slope[2][0];
+  };
+  EXPECT_EQ(gathered_sloped(row, even, none, normal).mean[0], 1);
+  EXPECT_NEAR(along_x(gathered_sloped(row, even, none, normal)), 0, 1e-6);
+  EXPECT_EQ(gathered_sloped(row, uneven, none, normal).mean[0], 0.5f);
+  // Half of the light, from directions that lean by 1/2: 5/4 * 1/2 * 1/2.
+  EXPECT_NEAR(along_x(gathered_sloped(row, uneven, none, normal)), 5.0 / 16, 1e-4);
+}
+
+TEST(Transport, lanes_blend_as_plain_code_does) {
+  std::vector<SlopedLight> lights(3);
+  for (std::size_t n = 0; n < lights.size(); ++n) {
+    for (std::size_t c = 0; c < 4; ++c) {
+      const auto value = static_cast<float>(n * 4 + c);
+      lights[n].mean[c] = 0.1f * value;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        lights[n].slope[axis][c] = std::sin(value + static_cast<float>(axis));
+      }
+    }
+  }
+  std::vector<BlendShare> shares;
+  for (std::uint32_t n : {2u, 0u, 1u}) {
+    shares.push_back({n, {}});
+    for (std::size_t p = 0; p < BlendShare::kPixels; ++p) {
+      shares.back().weight[p] = static_cast<std::uint16_t>(p * (n + 1) * 997);
+    }
+  }
+  float normals[3][BlendShare::kPixels], plain[4][BlendShare::kPixels],
+      lanes[4][BlendShare::kPixels];
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int p = 0; p < BlendShare::kPixels; ++p) {
+      // The first pixel has no weight; its normal may be anything.
+      normals[axis][p] = p == 0 ? NAN : std::cos(static_cast<float>(p + 5 * axis));
+    }
+  }
+  blend(shares, lights.data(), {normals[0], normals[1], normals[2]},
+        {lanes[0], lanes[1], lanes[2], lanes[3]});
+  blend_plainly(shares, lights.data(), {normals[0], normals[1], normals[2]},
+                {plain[0], plain[1], plain[2], plain[3]});
+  for (int c = 0; c < 4; ++c) {
+    for (int p = 0; p < BlendShare::kPixels; ++p) EXPECT_NEAR(lanes[c][p], plain[c][p], 1e-5);
+  }
+}
+
+TEST(Transport, a_lamp_moved_by_little_changes_no_pixel_by_more) {
+  // Within a sphere of albedo rho and radius R, what one bounce brings is the same all over: rho
+  // times the mean of n . l over the wall. Of a lamp at distance a from the middle that mean is
+  // 1 - a^2 / (6 R^2) and less than that by the fourth order: over steps of R / 64 up to a = R / 4
+  // it falls by less than 2 a (R / 64) / (6 R^2) = 0.0013 a step.
+  constexpr double kRadius = 16, kAlbedo = 0.7;
+  for (const auto& [input, surface] : spheres(kAlbedo)) {
+    json settings = settings_of(surface, {kPointInTheMiddle}, 1);
+    settings["camera"] = {{"eye", {0, 0, 0}}, {"target", {1, 2, 1}}, {"fov", 90}};
+    Lit lit(scene_of({input}, settings));
+    for (int step = 1; step <= 16; ++step) {
+      const Indirect before = lit.indirect;
+      Scene moved = lit.scene;
+      moved.lights[0].place = {0, step * kRadius / 64, 0};
+      lit.light(moved);
+      each_hit(lit.buffer, [&](std::size_t place) {
+        EXPECT_NEAR(lit.indirect.pixels.at(place).g, before.pixels.at(place).g, 0.004 * kAlbedo);
+      });
+    }
+  }
 }
 
 TEST(Transport, memory_bounds_its_samples_and_links) {
