@@ -3,12 +3,12 @@
 import { effect, signal } from '@preact/signals';
 import { token } from './connection';
 import { connection, wish } from './server';
-import { connected, frame, hello, refining } from './state';
+import { connected, drawn, frame, hello, refining } from './state';
 
 /** Whether what is shown stays coarse, since somebody has said so. */
 const stopped = signal(false);
 effect(() => {
-  void frame.value; // what comes next is another matter
+  void [frame.value, drawn.value]; // what comes next is another matter
   stopped.value = false;
 });
 
@@ -16,6 +16,11 @@ function stop(): void {
   connection.stop();
   refining.value = null;
   stopped.value = true;
+}
+
+function goOn(): void {
+  stopped.value = false;
+  wish();
 }
 
 /** Whether the picture is the exact one; a long way there can be cut short, and gone on with. */
@@ -26,7 +31,7 @@ function Settling({ settled }: { settled: boolean }) {
     return (
       <span class="refining">
         coarse: refining was stopped
-        <button type="button" onClick={wish}>
+        <button type="button" onClick={goOn}>
           Go on
         </button>
       </span>
