@@ -20,6 +20,7 @@ sys.dont_write_bytecode = True
 DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent / "tests/cli"))
 from flip import flip  # noqa: E402
+from page_table import write_table  # noqa: E402
 from pictures import read_png  # noqa: E402
 
 BEGIN, END = "<!-- table: docs/denoise_table.py --write -->\n", "<!-- end of FLIP -->\n"
@@ -76,10 +77,7 @@ def main():
                 lines.append(f"| {scene} | {spp} | {off:.3f} | {on:.3f} |\n")
                 print(lines[-1], end="", flush=True)
     if arguments.write:
-        page = DOCS / "indirect.md"
-        before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-        page.write_text(before + BEGIN + "".join(lines) + END + rest.split(END)[1],
-                        encoding="utf-8")
+        write_table(DOCS / "indirect.md", BEGIN, END, lines)
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent / "tests/cli"))
+from page_table import write_table  # noqa: E402
 from pictures import read_exr  # noqa: E402
 
 BEGIN, END = "<!-- table: docs/indirect_table.py --write -->\n", "<!-- end of table -->\n"
@@ -76,10 +77,7 @@ def main():
                 lines.append(f"| {surface} | {lamp} | {numbers} |\n")
                 print(lines[-1], end="", flush=True)
     if arguments.write:
-        page = DOCS / "indirect.md"
-        before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-        page.write_text(before + BEGIN + "".join(lines) + END + rest.split(END)[1],
-                        encoding="utf-8")
+        write_table(DOCS / "indirect.md", BEGIN, END, lines)
 
 
 if __name__ == "__main__":

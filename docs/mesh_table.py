@@ -14,6 +14,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from page_table import write_table
+
 DOCS = Path(__file__).resolve().parent
 BEGIN, END = "<!-- table: docs/mesh_table.py --write -->\n", "<!-- end of table -->\n"
 # A ball's voxels along a side, which make about 8 n^2 / 3 triangles.
@@ -65,9 +67,7 @@ def main():
     table = "\n".join(lines) + "\n"
     print(table, end="")
     if options.write:
-        page = DOCS / "meshes.md"
-        head, rest = page.read_text().split(BEGIN)
-        page.write_text(head + BEGIN + table + END + rest.split(END)[1])
+        write_table(DOCS / "meshes.md", BEGIN, END, table)
 
 
 if __name__ == "__main__":

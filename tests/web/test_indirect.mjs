@@ -1,7 +1,6 @@
 // Light that surfaces send to each other: switched on, followed, compared, stopped and explained.
 import assert from 'node:assert/strict';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import {
@@ -10,16 +9,13 @@ import {
 } from './viewer.mjs';
 
 let viewer;
-let folder;
 before(async () => {
-  folder = mkdtempSync(join(tmpdir(), 'isolux-web-indirect-'));
   viewer = await startViewer('phantom:head,size=24', '--shadows', 'on');
   await openBrowser();
 });
 after(async () => {
   await closeBrowser();
   await viewer.remove();
-  rmSync(folder, { recursive: true, force: true });
 });
 const check = (name, work, options) =>
   test(name, { timeout: 4 * patience }, () => withPage(viewer, name, work, options));
@@ -28,7 +24,7 @@ const openLight = (page) => page.getByRole('button', { name: 'Light', exact: tru
 
 /** What `isolux render` makes of a scene document. */
 function rendered(document) {
-  const [scene, picture] = [join(folder, 'scene.json'), join(folder, 'picture.png')];
+  const [scene, picture] = [join(viewer.state, 'scene.json'), join(viewer.state, 'picture.png')];
   writeFileSync(scene, JSON.stringify(document));
   isolux('render', '--scene', scene, '-o', picture);
   return readFileSync(picture);

@@ -43,15 +43,18 @@ void add_further(const Scene& scene, const FurtherPoint& point, const std::vecto
   e.layers.push_back(std::move(layer));
 }
 
-// What each bounce adds to E in a pixel: what one more adds to what fewer give.
+// What each bounce adds to E in a pixel, which with all of them is `all`: what one more adds to
+// what fewer give.
 std::vector<Rgb> by_bounce(const Scene& scene, const SceneSurfaces& surfaces,
-                           const SurfaceBuffer& buffer, std::size_t place, IndirectLight& light) {
+                           const SurfaceBuffer& buffer, std::size_t place, const Rgb& all,
+                           IndirectLight& light) {
   std::vector<Rgb> parts;
   Rgb before;
   Scene shorter = scene;
-  for (int b = 1; b <= scene.bounces && buffer.is_hit(place); ++b) {
+  for (int b = 1; b <= scene.bounces; ++b) {
     shorter.bounces = b;
-    const Rgb now = light.find(shorter, surfaces, buffer).pixels.at(place);
+    const Rgb now =
+        b == scene.bounces ? all : light.find(shorter, surfaces, buffer).pixels.at(place);
     parts.push_back(now + -1.0 * before);
     before = now;
   }
@@ -74,9 +77,11 @@ Explanation explain(const Scene& scene, int x, int y) {
   if (scene.indirect != IndirectMethod::kOff) {
     IndirectLight light;
     indirect = light.find(scene, caster.surfaces(), buffer);
-    e.by_bounce = by_bounce(scene, caster.surfaces(), buffer, place, light);
-    if (!e.by_bounce.empty())
+    if (buffer.is_hit(place)) {
+      const Rgb all = indirect.pixels.at(place);
+      e.by_bounce = by_bounce(scene, caster.surfaces(), buffer, place, all, light);
       e.first_bounce = first_bounce(scene, caster.surfaces(), buffer, place);
+    }
   }
   e.x = x;
   e.y = y;
