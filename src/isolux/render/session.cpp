@@ -23,10 +23,11 @@ bool same_optics(const Scene& a, const Scene& b) {
          });
 }
 
-bool same_places(const Scene& a, const Scene& b) {
-  return std::ranges::equal(a.lights, b.lights, [](const Light& one, const Light& other) {
-    return one.kind == other.kind && one.place == other.place;
-  });
+bool same_shadows(const Scene& a, const Scene& b) {
+  return a.shadows == b.shadows &&
+         std::ranges::equal(a.lights, b.lights, [](const Light& one, const Light& other) {
+           return one.kind == other.kind && one.place == other.place;
+         });
 }
 
 bool same_request(const IndirectDescription& a, const IndirectDescription& b) {
@@ -90,7 +91,7 @@ void Session::trace(const Scene& scene, const ProgressListener& listener) {
 
 const Shadows& Session::shadows(const Scene& scene) {
   trace(scene, {});
-  if (shadowed_ && same_places(*shadowed_, scene)) return shadows_;
+  if (shadowed_ && same_shadows(*shadowed_, scene)) return shadows_;
   cast_shadows(scene, caster_->surfaces(), *buffer_, shadows_);
   shadowed_ = scene;
   counters_.shadows += scene.shadows ? 1 : 0;

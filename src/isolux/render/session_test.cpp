@@ -131,6 +131,54 @@ TEST_F(SessionTest, opacity_and_mirrors_rerun_visibility_and_a_lamp_behind_them_
   EXPECT_EQ(rerun(), kVisibility);
 }
 
+// What was drawn before must not be seen in what is drawn now.
+TEST_F(SessionTest, after_any_two_changes_in_any_order_the_picture_is_that_of_a_new_session) {
+  const std::vector<json> changes = {
+      {{"shadows", "on"}},
+      {{"surface", {{{"iso", 0.5}, {"opacity", 0.5}}, {{"iso", 0.7}}}}},
+      {{"surface", {{{"iso", 0.5}, {"kr", {0.5, 0.5, 0.5}}}, {{"iso", 0.7}}}}},
+      {{"surface", {{{"iso", 0.6}}, {{"iso", 0.7}, {"kd", {0.5, 0.1, 0.2}}}}}},
+      {{"light", {{{"kind", "point"}, {"at", {30, -60, 57}}}}}},
+      {{"light", {{{"kind", "directional"}, {"to", {0, -1, 0}}, {"color", {1, 0.5, 0.2}}}}}},
+      {{"ambient", {0.5, 0.1, 0.2}}},
+      {{"background", {0.5, 0.1, 0.2}}},
+      {{"camera", {{"view", "left"}}}},
+      {{"size", {16, 24}}},
+      {{"mirror-depth", 0}},
+      {{"visibility", "raster"}},
+      {{"exposure", 0.5}},
+      {{"indirect", "path"}, {"spp", 1}},
+      {{"indirect", "path"}, {"spp", 2}, {"denoise", "on"}},
+      {{"indirect", "transport"}},
+  };
+  const auto expect_as_new = [&] {
+    const Scene now = scene();
+    Session alone;
+    EXPECT_EQ(session_.picture(now).rgb, alone.picture(now).rgb);
+    EXPECT_EQ(session_.direct_picture(now).rgb, alone.direct_picture(now).rgb);
+    EXPECT_EQ(session_.radiance(now).total.r, alone.radiance(now).total.r);
+  };
+  const json beginning = document_;
+  for (const json& first : changes) {
+    for (const json& second : changes) {
+      SCOPED_TRACE(first.dump() + " then " + second.dump());
+      document_ = beginning;
+      expect_as_new();
+      for (const json& change : {first, second}) {
+        if (change.contains("indirect")) {  // what another way had may not be its own
+          document_.erase("spp");
+          document_.erase("denoise");
+        }
+        document_.update(change);
+        expect_as_new();
+      }
+      document_ = beginning;  // the first is taken back
+      document_.update(second);
+      expect_as_new();
+    }
+  }
+}
+
 TEST_F(SessionTest, the_rasteriser_has_indirect_light_as_rays_have_also_when_it_comes_later) {
   // Inside a sphere of albedo 0.8 with a lamp near its middle: some 0.8 comes from all round.
   document_["surface"] = {{{"iso", 0.5}}};
