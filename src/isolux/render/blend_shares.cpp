@@ -19,7 +19,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 #if HWY_TARGET == HWY_SCALAR
 
 void blend_block(std::span<const BlendShare> shares, const SlopedLight* of_samples,
-                 const std::array<const float*, 3>& normals, float* const (&to)[4]) {
+                 const std::array<const float*, 3>& normals, std::span<float* const> to) {
   blend_plainly(shares, of_samples, normals, to);
 }
 
@@ -30,39 +30,45 @@ constexpr hn::RebindToSigned<decltype(kF)> kI;
 constexpr hn::Rebind<std::uint16_t, decltype(kF)> kU16;
 using VF = hn::Vec<decltype(kF)>;
 
-HWY_INLINE VF turned(const SlopedLight& light, std::size_t c, VF x, VF y, VF z) {
+HWY_INLINE VF turned(const SlopedLight& light, VF x, VF y, VF z) {
   const auto all = [](float value) HWY_ATTR { return hn::Set(kF, value); };
-  return hn::MulAdd(z, all(light.slope[2][c]),
-                    hn::MulAdd(y, all(light.slope[1][c]),
-                               hn::MulAdd(x, all(light.slope[0][c]), all(light.mean[c]))));
+  const auto& [mean, slope] = light;
+  return hn::MulAdd(z, all(slope[2]),
+                    hn::MulAdd(y, all(slope[1]), hn::MulAdd(x, all(slope[0]), all(mean))));
 }
 
-void blend_block(std::span<const BlendShare> shares, const SlopedLight* of_samples,
-                 const std::array<const float*, 3>& normals, float* const (&to)[4]) {
+template <std::size_t kChannels>
+void blend_channels(std::span<const BlendShare> shares, const SlopedLight* of_samples,
+                    const std::array<const float*, 3>& normals, std::span<float* const> to) {
   for (std::size_t first = 0; first < BlendShare::kPixels; first += hn::Lanes(kF)) {
     const VF x = hn::LoadU(kF, normals[0] + first), y = hn::LoadU(kF, normals[1] + first),
              z = hn::LoadU(kF, normals[2] + first);
-    VF r = hn::Zero(kF), g = r, b = r, sky = r, weights = r;
+    const VF zero = hn::Zero(kF);
+    VF sums[kChannels], weights = zero;
+    for (VF& sum : sums) sum = zero;
     for (const BlendShare& share : shares) {
-      const SlopedLight& light = of_samples[share.sample];
+      const SlopedLight* light = of_samples + share.sample * kChannels;
       const VF weight =
           hn::ConvertTo(kF, hn::PromoteTo(kI, hn::LoadU(kU16, share.weight.data() + first)));
       weights = hn::Add(weights, weight);
-      r = hn::MulAdd(weight, turned(light, 0, x, y, z), r);
-      g = hn::MulAdd(weight, turned(light, 1, x, y, z), g);
-      b = hn::MulAdd(weight, turned(light, 2, x, y, z), b);
-      sky = hn::MulAdd(weight, turned(light, 3, x, y, z), sky);
+      for (std::size_t c = 0; c < kChannels; ++c) {
+        sums[c] = hn::MulAdd(weight, turned(light[c], x, y, z), sums[c]);
+      }
     }
-    const VF zero = hn::Zero(kF), one = hn::Set(kF, 1.0f);
     const auto is_shown = hn::Gt(weights, zero);
-    const auto light_of = [&](VF sum) HWY_ATTR {
-      const VF light = hn::Mul(sum, hn::Set(kF, 1.0f / BlendShare::kWhole));
-      return hn::IfThenElseZero(is_shown, hn::Max(zero, light));
-    };
-    hn::StoreU(light_of(r), kF, to[0] + first);
-    hn::StoreU(light_of(g), kF, to[1] + first);
-    hn::StoreU(light_of(b), kF, to[2] + first);
-    hn::StoreU(hn::Min(one, light_of(sky)), kF, to[3] + first);
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      const VF light = hn::Mul(sums[c], hn::Set(kF, 1.0f / BlendShare::kWhole));
+      hn::StoreU(hn::IfThenElseZero(is_shown, hn::Max(zero, light)), kF, to[c] + first);
+    }
+  }
+}
+
+void blend_block(std::span<const BlendShare> shares, const SlopedLight* of_samples,
+                 const std::array<const float*, 3>& normals, std::span<float* const> to) {
+  if (to.size() == 1) {
+    blend_channels<1>(shares, of_samples, normals, to);
+  } else {
+    blend_channels<3>(shares, of_samples, normals, to);
   }
 }
 
@@ -78,29 +84,26 @@ namespace isolux {
 HWY_EXPORT(blend_block);
 
 void blend(std::span<const BlendShare> shares, const SlopedLight* of_samples,
-           const std::array<const float*, 3>& normals, float* const (&to)[4]) {
+           const std::array<const float*, 3>& normals, std::span<float* const> to) {
   HWY_DYNAMIC_DISPATCH(blend_block)(shares, of_samples, normals, to);
 }
 
 void blend_plainly(std::span<const BlendShare> shares, const SlopedLight* of_samples,
-                   const std::array<const float*, 3>& normals, float* const (&to)[4]) {
-  for (std::size_t n = 0; n < BlendShare::kPixels; ++n) {
-    SampleLight sum{};
-    for (const BlendShare& share : shares) {
-      if (share.weight[n] == 0) continue;
-      const auto& [mean, slope] = of_samples[share.sample];
-      for (std::size_t c = 0; c < sum.size(); ++c) {
-        float turned = mean[c];
+                   const std::array<const float*, 3>& normals, std::span<float* const> to) {
+  for (std::size_t c = 0; c < to.size(); ++c) {
+    for (std::size_t n = 0; n < BlendShare::kPixels; ++n) {
+      float sum = 0;
+      for (const BlendShare& share : shares) {
+        if (share.weight[n] == 0) continue;
+        const auto& [mean, slope] = of_samples[share.sample * to.size() + c];
+        float turned = mean;
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          turned = std::fma(normals[axis][n], slope[axis][c], turned);
+          turned = std::fma(normals[axis][n], slope[axis], turned);
         }
-        sum[c] = std::fma(static_cast<float>(share.weight[n]), turned, sum[c]);
+        sum = std::fma(static_cast<float>(share.weight[n]), turned, sum);
       }
+      to[c][n] = std::max(0.0f, sum * (1.0f / BlendShare::kWhole));
     }
-    for (std::size_t c = 0; c < sum.size(); ++c) {
-      to[c][n] = std::max(0.0f, sum[c] * (1.0f / BlendShare::kWhole));
-    }
-    to[3][n] = std::min(1.0f, to[3][n]);
   }
 }
 

@@ -8,14 +8,12 @@
 
 namespace isolux {
 
-/// Four numbers of a sample: irradiance per channel and the share of open sky.
-using SampleLight = std::array<float, 4>;
-
-/// The light at a sample, and what it gains towards points whose normals are a little different:
-/// at a point with normal n it is mean + n.x slope[0] + n.y slope[1] + n.z slope[2].
+/// One channel of the light at a sample, and what it gains towards points whose normals are a
+/// little different: at a point with normal n it is mean + n.x slope[0] + n.y slope[1] + n.z
+/// slope[2].
 struct SlopedLight {
-  SampleLight mean;
-  std::array<SampleLight, 3> slope;
+  float mean;
+  std::array<float, 3> slope;
 };
 
 /// A sample's weights in the pixels of a block, in 1 / kWhole: those of a pixel make kWhole.
@@ -27,13 +25,13 @@ struct BlendShare {
   std::array<std::uint16_t, kPixels> weight;
 };
 
-/// The light at the pixels of a block, in lanes. `normals`: x, y and z, and `to`: a number of
-/// SampleLight each, of all pixels of the block. Where no share has a weight the light is 0, and
-/// the normal may be anything.
+/// The light at the pixels of a block, in lanes. `of_samples`: for each sample as many channels as
+/// `to` has, 1 or 3. `normals`: x, y and z, and `to`: a channel each, of all pixels of the block.
+/// Where no share has a weight the light is 0, and the normal may be anything.
 void blend(std::span<const BlendShare> shares, const SlopedLight* of_samples,
-           const std::array<const float*, 3>& normals, float* const (&to)[4]);
+           const std::array<const float*, 3>& normals, std::span<float* const> to);
 /// The same plainly.
 void blend_plainly(std::span<const BlendShare> shares, const SlopedLight* of_samples,
-                   const std::array<const float*, 3>& normals, float* const (&to)[4]);
+                   const std::array<const float*, 3>& normals, std::span<float* const> to);
 
 }  // namespace isolux

@@ -5,75 +5,68 @@
 namespace isolux {
 namespace {
 
-// Light, and light times tilt.
-struct Sums {
-  SampleLight light{}, across{}, along{};
+// Makes sums over a sample's rays the light there.
+class Slope {
+ public:
+  Slope(const SampleLinks& row, Vec3 normal)
+      : share_(1 / static_cast<float>(row.rays)),
+        all_across_(static_cast<float>(row.all_tilt.across)),
+        all_along_(static_cast<float>(row.all_tilt.along)) {
+    constexpr double kGrowth = 1.25;
+    const TangentFrame frame(normal);
+    const double growth = kGrowth * LinkTilt::kStep / row.rays;
+    across_ = as_float(growth * frame.across);
+    along_ = as_float(growth * frame.along);
+  }
 
-  void add(const SampleLight& from, float share, float tilt_across, float tilt_along) {
-    for (std::size_t c = 0; c < from.size(); ++c) {
-      light[c] += share * from[c];
-      across[c] += tilt_across * from[c];
-      along[c] += tilt_along * from[c];
-    }
+  SlopedLight of(float light, float across, float along) const {
+    const float mean = light * share_;
+    const float x = across - all_across_ * mean, y = along - all_along_ * mean;
+    return {
+        mean,
+        {x * across_.x + y * along_.x, x * across_.y + y * along_.y, x * across_.z + y * along_.z}};
   }
-  void add(const Sums& other) {
-    for (std::size_t c = 0; c < light.size(); ++c) {
-      light[c] += other.light[c];
-      across[c] += other.across[c];
-      along[c] += other.along[c];
-    }
-  }
+
+ private:
+  float share_, all_across_, all_along_;
+  Vec3f across_, along_;
 };
-
-inline Sums summed(const SampleLinks& row, const SampleLight* sent, const SampleLight& sky) {
-  Sums even, odd;  // which do not wait for each other
-  const auto add = [&](Sums& sums, const Link& link) {
-    sums.add(sent[link.to], 1, link.across, link.along);
-  };
-  std::size_t n = 0;
-  for (; n + 1 < row.links.size(); n += 2) {
-    add(even, row.links[n]);
-    add(odd, row.links[n + 1]);
-  }
-  if (n < row.links.size()) add(even, row.links[n]);
-  odd.add(sky, static_cast<float>(row.sky), static_cast<float>(row.sky_tilt.across),
-          static_cast<float>(row.sky_tilt.along));
-  even.add(odd);
-  return even;
-}
-
-SampleLight scaled(float by, SampleLight light) {
-  for (float& channel : light) channel *= by;
-  return light;
-}
 
 }  // namespace
 
-SampleLight gathered_light(const SampleLinks& row, const SampleLight* sent,
-                           const SampleLight& sky) {
-  if (row.rays == 0) return {};
-  return scaled(1 / static_cast<float>(row.rays), summed(row, sent, sky).light);
-}
-
-SlopedLight gathered_sloped(const SampleLinks& row, const SampleLight* sent, const SampleLight& sky,
-                            Vec3 normal) {
-  constexpr double kGrowth = 1.25;
-  if (row.rays == 0) return {};
-  const Sums sums = summed(row, sent, sky);
-  SlopedLight light{scaled(1 / static_cast<float>(row.rays), sums.light), {}};
-  const TangentFrame frame(normal);
-  const double growth = kGrowth * LinkTilt::kStep / row.rays;
-  const Vec3f across = as_float(growth * frame.across), along = as_float(growth * frame.along);
-  const auto all_across = static_cast<float>(row.all_tilt.across),
-             all_along = static_cast<float>(row.all_tilt.along);
-  for (std::size_t c = 0; c < light.mean.size(); ++c) {
-    const float x = sums.across[c] - all_across * light.mean[c];
-    const float y = sums.along[c] - all_along * light.mean[c];
-    light.slope[0][c] = x * across.x + y * along.x;
-    light.slope[1][c] = x * across.y + y * along.y;
-    light.slope[2][c] = x * across.z + y * along.z;
+std::array<float, SentLight::kMost> gathered_light(const SampleLinks& row, const SentLight& sent) {
+  std::array<float, SentLight::kMost> light{};
+  if (row.rays == 0) return light;
+  const LinkSums sums = sum_links(row.links, sent);
+  for (std::size_t c = 0; c < sent.channels; ++c) {
+    light[c] =
+        (sums.light[c] + static_cast<float>(row.sky) * sent.sky[c]) / static_cast<float>(row.rays);
   }
   return light;
+}
+
+void gather_sloped(const SampleLinks& row, const SentLight& sent, Vec3 normal, SlopedLight* to) {
+  if (row.rays == 0) {
+    std::fill_n(to, sent.channels, SlopedLight{});
+    return;
+  }
+  const LinkSums sums = sum_links(row.links, sent);
+  const Slope slope(row, normal);
+  for (std::size_t c = 0; c < sent.channels; ++c) {
+    const auto with_sky = [&](float of_links, std::int32_t of_sky) {
+      return of_links + static_cast<float>(of_sky) * sent.sky[c];
+    };
+    to[c] =
+        slope.of(with_sky(sums.light[c], row.sky), with_sky(sums.across[c], row.sky_tilt.across),
+                 with_sky(sums.along[c], row.sky_tilt.along));
+  }
+}
+
+SlopedLight sloped_sky(const SampleLinks& row, Vec3 normal) {
+  if (row.rays == 0) return {};
+  return Slope(row, normal)
+      .of(static_cast<float>(row.sky), static_cast<float>(row.sky_tilt.across),
+          static_cast<float>(row.sky_tilt.along));
 }
 
 }  // namespace isolux

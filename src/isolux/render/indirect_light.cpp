@@ -10,12 +10,17 @@
 
 namespace isolux {
 
-Indirect IndirectLight::find(const Scene& scene, const SceneSurfaces& surfaces,
-                             const SurfaceBuffer& buffer, const ProgressListener& listener,
-                             const std::function<bool()>& stop) {
+const Indirect& IndirectLight::find(const Scene& scene, const SceneSurfaces& surfaces,
+                                    const SurfaceBuffer& buffer, const ProgressListener& listener,
+                                    const std::function<bool()>& stop) {
   is_complete_ = true;
   told_.clear();
-  if (scene.indirect == IndirectMethod::kOff) return {};
+  if (scene.indirect == IndirectMethod::kTransport) {
+    transport(scene, surfaces, buffer, listener, stop);
+    return found_;
+  }
+  found_ = {};
+  sky_bounces_.reset();
   if (scene.indirect == IndirectMethod::kPath) {
     PathTracer tracer(scene, surfaces);
     tracer.run(buffer, listener);
@@ -23,19 +28,27 @@ Indirect IndirectLight::find(const Scene& scene, const SceneSurfaces& surfaces,
     if (tracer.samples() > 1) {  // one cannot tell
       told_ += ", error " + to_text(std::round(1e4 * tracer.relative_error()) / 100) + " % or less";
     }
-    Indirect found = tracer.indirect(buffer);
+    found_ = tracer.indirect(buffer);
     if (scene.denoise) {
-      denoiser_.denoise(*scene.camera, buffer, tracer.variances(), found.pixels);
+      denoiser_.denoise(*scene.camera, buffer, tracer.variances(), found_.pixels);
       told_ += ", then denoised";
     }
-    return found;
   }
+  return found_;
+}
+
+void IndirectLight::transport(const Scene& scene, const SceneSurfaces& surfaces,
+                              const SurfaceBuffer& buffer, const ProgressListener& listener,
+                              const std::function<bool()>& stop) {
   if (!transport_ || memory_ != scene.indirect_memory) {
     transport_.emplace(scene, surfaces, TransportOptions{.memory = scene.indirect_memory});
     memory_ = scene.indirect_memory;
     has_seen_ = false;
   }
-  if (!has_seen_) transport_->see(scene, buffer);
+  if (!has_seen_) {
+    transport_->see(scene, buffer);
+    sky_bounces_.reset();
+  }
   has_seen_ = true;
   is_complete_ = transport_->refine(scene.bounces, [&] {
     if (listener) listener("linking surfaces", transport_->done());
@@ -48,11 +61,12 @@ Indirect IndirectLight::find(const Scene& scene, const SceneSurfaces& surfaces,
                     "allow more, or draw fewer pixels");
   }
   transport_->light(scene);
-  Indirect found;
-  transport_->gather(buffer, found);
+  transport_->gather(buffer, found_);
+  if (sky_bounces_ != scene.bounces) transport_->gather_sky(buffer, found_);
+  sky_bounces_.reset();
+  if (is_complete_) sky_bounces_ = scene.bounces;
   told_ =
       std::to_string(transport_->links()) + " links a sample, " + bytes_text(transport_->bytes());
-  return found;
 }
 
 }  // namespace isolux

@@ -20,11 +20,14 @@ class IndirectLight {
  public:
   /// Empty where the scene asks for none. `stop` is asked now and then while transport is missing
   /// links: whether to make do with those there are; none: never. Listeners may throw, to cancel.
+  /// The answer stays valid until the next call.
   /// @throws WorkError  where transport cannot do with the memory that the scene allows.
-  /// @throws WorkError  where transport cannot do with the memory that the scene allows.
-  Indirect find(const Scene& scene, const SceneSurfaces& surfaces, const SurfaceBuffer& buffer,
-                const ProgressListener& listener = {}, const std::function<bool()>& stop = {});
+  const Indirect& find(const Scene& scene, const SceneSurfaces& surfaces,
+                       const SurfaceBuffer& buffer, const ProgressListener& listener = {},
+                       const std::function<bool()>& stop = {});
 
+  /// The last answer.
+  const Indirect& found() const { return found_; }
   /// Whether the last answer is as good as it will get.
   bool is_complete() const { return is_complete_; }
   /// One line about the last answer, for people; empty where there was no indirect light.
@@ -36,11 +39,16 @@ class IndirectLight {
   void forget_view() { has_seen_ = false; }
 
  private:
+  void transport(const Scene& scene, const SceneSurfaces& surfaces, const SurfaceBuffer& buffer,
+                 const ProgressListener& listener, const std::function<bool()>& stop);
+
   Denoiser denoiser_;
   std::optional<Transport> transport_;
   double memory_ = 0;
   bool has_seen_ = false;  // the buffer
   bool is_complete_ = true;
+  Indirect found_;
+  std::optional<int> sky_bounces_;  // with which found_ has the open sky as it will stay
   std::string told_;
 };
 

@@ -308,48 +308,56 @@ PixelBlend::PixelBlend(const Scene& scene, const SceneSurfaces& surfaces,
   each_sample([&](std::uint32_t& sample) { sample = numbers[sample]; });
 }
 
+std::size_t PixelBlend::channels_of(const std::vector<SlopedLight>& of_samples) const {
+  return samples_.empty() ? 1 : of_samples.size() / samples_.size();
+}
+
 void PixelBlend::pixels(const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer,
-                        std::vector<float>* const (&channels)[4]) const {
+                        std::span<float* const> channels) const {
+  const std::size_t lit = channels_of(of_samples);
   parallel_for(pieces_.size(), 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t n = first; n < last; ++n) {
       const Piece& piece = pieces_[n];
       std::size_t begin = 0;
       for (std::size_t block = 0; block < piece.ends.size(); ++block) {
         const std::size_t place = (kTilesAPiece * 4 * n + block) * kBlock;
-        float* to[4];
-        for (std::size_t c = 0; c < 4; ++c) to[c] = channels[c]->data() + place;
+        float* to[3];
+        for (std::size_t c = 0; c < lit; ++c) to[c] = channels[c] + place;
         const std::size_t end = piece.ends[block];
         blend({piece.shares.data() + begin, end - begin}, of_samples.data(),
-              {&buffer.normal_x[place], &buffer.normal_y[place], &buffer.normal_z[place]}, to);
+              {&buffer.normal_x[place], &buffer.normal_y[place], &buffer.normal_z[place]},
+              {to, lit});
         begin = end;
+        for (std::size_t c = lit; c < channels.size(); ++c) {
+          std::copy_n(to[0], kBlock, channels[c] + place);
+        }
       }
     }
   });
 }
 
-std::vector<std::vector<SampleLight>> PixelBlend::further(
+std::vector<std::vector<std::array<float, 3>>> PixelBlend::further(
     const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer) const {
-  std::vector<std::vector<SampleLight>> tiles;
+  const std::size_t channels = channels_of(of_samples);
+  std::vector<std::vector<std::array<float, 3>>> tiles;
   for (const Piece& piece : pieces_) {
     std::size_t point = 0, share = 0;
     for (const std::uint32_t tile_end : piece.tile_ends) {
       const FurtherPoints& points = buffer.further[tiles.size()];
-      std::vector<SampleLight>& tile = tiles.emplace_back();
+      auto& tile = tiles.emplace_back();
       for (; point < tile_end; ++point) {
         const auto& normal = points[tile.size()].normal;
-        SampleLight& sum = tile.emplace_back();
+        auto& sum = tile.emplace_back();
         for (; share < piece.point_ends[point]; ++share) {
-          const SlopedLight& light = of_samples[piece.points[share].sample];
-          for (std::size_t c = 0; c < 4; ++c) {
-            float turned = light.mean[c];
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-              turned += normal[axis] * light.slope[axis][c];
-            }
+          const SlopedLight* light = &of_samples[piece.points[share].sample * channels];
+          for (std::size_t c = 0; c < sum.size(); ++c) {
+            const auto& [mean, slope] = light[c % channels];
+            const float turned =
+                mean + normal[0] * slope[0] + normal[1] * slope[1] + normal[2] * slope[2];
             sum[c] += piece.points[share].weight * turned;
           }
         }
         for (float& channel : sum) channel = std::max(0.0f, channel);
-        sum[3] = std::min(1.0f, sum[3]);
       }
     }
   }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "isolux/render/blend_shares.h"
@@ -26,13 +27,14 @@ class PixelBlend {
   /// Numbers of all samples that have a weight, in order.
   const std::vector<std::uint32_t>& samples() const { return samples_; }
 
-  /// `of_samples` are in the order of samples().
+  /// `of_samples` are in the order of samples(), with one channel for each, which then is every
+  /// channel of the answer, or as many as that has.
   /// The light at the pixels of the buffer, into arrays of its length; 0 where nothing is met.
   void pixels(const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer,
-              std::vector<float>* const (&channels)[4]) const;
+              std::span<float* const> channels) const;
   /// The light at each further point of each tile; 0 for the background.
-  std::vector<std::vector<SampleLight>> further(const std::vector<SlopedLight>& of_samples,
-                                                const SurfaceBuffer& buffer) const;
+  std::vector<std::vector<std::array<float, 3>>> further(const std::vector<SlopedLight>& of_samples,
+                                                         const SurfaceBuffer& buffer) const;
 
   double bytes() const;
 
@@ -52,6 +54,8 @@ class PixelBlend {
     std::vector<std::uint32_t> tile_ends;   // of each tile's further points, in point_ends
   };
   class Finder;
+
+  std::size_t channels_of(const std::vector<SlopedLight>& of_samples) const;
 
   std::vector<Piece> pieces_;
   std::vector<std::uint32_t> samples_;

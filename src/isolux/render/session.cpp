@@ -102,20 +102,20 @@ const Indirect& Session::indirect(const Scene& scene, const ProgressListener& li
                                   const std::function<bool()>& stop) {
   trace(scene, {});
   const bool is_found = bounced_ && same_indirect(*bounced_, scene);
-  if (is_found && indirect_light_.is_complete()) return indirect_;
+  if (is_found && indirect_light_.is_complete()) return indirect_light_.found();
   if (is_found) {  // what was lit with less is lit again
     lit_.reset();
     drawn_.scene.reset();
   }
   bounced_.reset();  // the listener may throw
-  indirect_ = indirect_light_.find(scene, caster_->surfaces(), *buffer_, listener, stop);
+  indirect_light_.find(scene, caster_->surfaces(), *buffer_, listener, stop);
   counters_.indirect += scene.indirect == IndirectMethod::kOff ? 0 : 1;
   bounced_ = scene;
-  return indirect_;
+  return indirect_light_.found();
 }
 
 const Indirect& Session::indirect_as_found(const Scene& scene) {
-  return bounced_ && same_indirect(*bounced_, scene) ? indirect_ : indirect(scene);
+  return bounced_ && same_indirect(*bounced_, scene) ? indirect_light_.found() : indirect(scene);
 }
 
 const SurfaceBuffer& Session::surfaces(const Scene& scene, const ProgressListener& listener) {

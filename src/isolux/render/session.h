@@ -78,7 +78,6 @@ class Session {
   std::optional<SurfaceBuffer> buffer_;
   Shadows shadows_;
   IndirectLight indirect_light_;
-  Indirect indirect_;
   std::optional<Radiance> radiance_;
   Drawn drawn_, drawn_direct_;
 };

@@ -1,7 +1,8 @@
 #include "isolux/render/transport.h"
 
 #include <algorithm>
-#include <bit>
+#include <atomic>
+#include <span>
 
 #include "isolux/base/parallel.h"
 #include "isolux/render/gathered_light.h"
@@ -13,12 +14,44 @@ namespace {
 constexpr int kFirstLinks = 8, kLeastLinks = 16;
 // Samples that are shot from between two questions whether to stop.
 constexpr std::size_t kSamplesAtOnce = 1024;
-constexpr std::size_t kPieceToLight = 256, kPieceToShadow = 1024;
+constexpr std::size_t kPieceToLight = 256, kPieceToShadow = 1024, kPieceToFollow = 2048;
 
-constexpr double kBytesACoarse = 72, kBytesAFine = sizeof(SlopedLight);
+// Of a coarse sample: its needs and followed links, where it stands among others, D and kd; and
+// what it sends with each bounce.
+constexpr double kBytesACoarse = 1 + 1 + 2 + 4 + 4 + 12 + 12, kBytesABounce = 12;
+constexpr double kBytesAFine = 4 * sizeof(SlopedLight);
 
-std::array<float, 4> as_floats(Rgb c) {
-  return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b), 0};
+bool is_grey(Rgb c) { return c.r == c.g && c.g == c.b; }
+
+Rgb sky_of(const Scene& scene) { return scene.has_default_ambient ? Rgb{} : scene.ambient; }
+
+bool is_grey(const Scene& scene) {
+  return is_grey(sky_of(scene)) &&
+         std::ranges::all_of(scene.lights,
+                             [](const Light& light) { return is_grey(light.intensity); }) &&
+         std::ranges::all_of(scene.surfaces, [](const SurfaceItem& item) {
+           return !item.is_painted && is_grey(item.material.kd);
+         });
+}
+
+void set_channels(Rgb value, std::size_t channels, float* to) {
+  for (std::size_t c = 0; c < channels; ++c) to[c] = static_cast<float>(value[static_cast<int>(c)]);
+}
+
+// Shoots what is missing, and asks in between whether to stop; returns whether all is there.
+bool shoot(TransportLinks& links, const std::vector<std::uint32_t>& samples, int count,
+           const std::function<bool()>& stop) {
+  std::vector<std::uint32_t> lacking;
+  for (const std::uint32_t sample : samples) {
+    if (links.of(sample).rays < count) lacking.push_back(sample);
+  }
+  const std::span<const std::uint32_t> all(lacking);
+  for (std::size_t begin = 0; begin < all.size(); begin += kSamplesAtOnce) {
+    if (stop && stop()) return false;
+    links.shoot(all.subspan(begin, std::min(kSamplesAtOnce, all.size() - begin)),
+                static_cast<std::size_t>(count));
+  }
+  return true;
 }
 
 }  // namespace
@@ -57,65 +90,62 @@ void Transport::see(const Scene& scene, const SurfaceBuffer& buffer) {
   bounces_ = -1;  // needs are to be found anew
 }
 
-void Transport::need(std::uint32_t coarse, std::int8_t bounces) {
-  if (needs_[coarse] >= bounces) return;
-  if (needs_[coarse] < 0) sources_.push_back(coarse);
-  needs_[coarse] = bounces;
-  followed_[coarse] = 0;
-  needing_[static_cast<std::size_t>(bounces)].push_back(coarse);
-}
-
-// What links lead to is needed with so many bounces.
+// What links lead to is needed with so many bounces. Threads may say so of the same sample.
 void Transport::follow(const SampleLinks& row, std::uint16_t& followed, std::int8_t bounces) {
-  for (; followed < row.links.size(); ++followed) need(row.links[followed].to, bounces);
+  for (; followed < row.links.size(); ++followed) {
+    const std::atomic_ref<std::int8_t> needed(needs_[row.links[followed].to]);
+    if (needed.load(std::memory_order_relaxed) < bounces) {
+      needed.store(bounces, std::memory_order_relaxed);
+    }
+  }
 }
 
-// Calls `shot` for each sample, when it has its links.
-bool Transport::shoot(TransportLinks& links, const std::vector<std::uint32_t>& samples, int count,
-                      const std::function<bool()>& stop,
-                      const std::function<void(std::uint32_t)>& shot) {
-  const auto wanted = static_cast<std::size_t>(count);
-  std::vector<std::uint32_t> lacking;
-  for (std::size_t begin = 0; begin < samples.size(); begin += kSamplesAtOnce) {
-    const std::size_t end = std::min(samples.size(), begin + kSamplesAtOnce);
-    lacking.clear();
-    for (std::size_t n = begin; n < end; ++n) {
-      if (links.of(samples[n]).rays < count) lacking.push_back(samples[n]);
-    }
-    if (!lacking.empty()) {
-      if (stop && stop()) return false;
-      links.shoot(lacking, wanted);
-    }
-    for (std::size_t n = begin; n < end; ++n) shot(static_cast<std::uint32_t>(n));
+// Notes what has come to need so many bounces.
+void Transport::collect(std::int8_t bounces) {
+  for (std::uint32_t sample = 0; sample < needs_.size(); ++sample) {
+    if (needs_[sample] != bounces || collected_[sample] == bounces) continue;
+    if (collected_[sample] < 0) sources_.push_back(sample);
+    collected_[sample] = bounces;
+    followed_[sample] = 0;
+    needing_[static_cast<std::size_t>(bounces)].push_back(sample);
   }
-  return true;
 }
 
 bool Transport::refine(int bounces, const std::function<bool()>& stop) {
   if (bounces != bounces_) {
     bounces_ = bounces;
+    refined_ = 0;
     needs_.assign(coarse_->size(), -1);
+    collected_ = needs_;
     followed_.assign(coarse_->size(), 0);
     sources_.clear();
     needing_.assign(static_cast<std::size_t>(std::max(bounces, 1)), {});
     fine_followed_.assign(blend_->samples().size(), 0);
   }
   if (bounces == 0) return true;
-  for (int count = kFirstLinks; count <= links_; count *= 2) {
-    const bool all_fine = shoot(*from_fine_, blend_->samples(), count, stop, [&](std::uint32_t n) {
-      follow(from_fine_->of(blend_->samples()[n]), fine_followed_[n],
-             static_cast<std::int8_t>(bounces - 1));
+  for (int count = std::max(kFirstLinks, 2 * refined_); count <= links_; count *= 2) {
+    const std::vector<std::uint32_t>& seen = blend_->samples();
+    bool is_whole = shoot(*from_fine_, seen, count, stop);
+    parallel_for(seen.size(), kPieceToFollow, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        follow(from_fine_->of(seen[n]), fine_followed_[n], static_cast<std::int8_t>(bounces - 1));
+      }
     });
-    if (!all_fine) return false;
-    for (int level = bounces - 1; level > 0; --level) {
-      const std::vector<std::uint32_t> samples = needing_[static_cast<std::size_t>(level)];
-      const bool all = shoot(*from_coarse_, samples, std::min(count, coarse_links()), stop,
-                             [&](std::uint32_t n) {
-                               follow(from_coarse_->of(samples[n]), followed_[samples[n]],
-                                      static_cast<std::int8_t>(level - 1));
-                             });
-      if (!all) return false;
+    for (int level = bounces - 1; level >= 0; --level) {
+      collect(static_cast<std::int8_t>(level));
+      if (level == 0) break;
+      const std::vector<std::uint32_t>& samples = needing_[static_cast<std::size_t>(level)];
+      is_whole = is_whole && shoot(*from_coarse_, samples, std::min(count, coarse_links()), stop);
+      parallel_for(samples.size(), kPieceToFollow, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+          if (needs_[samples[n]] > level) continue;
+          follow(from_coarse_->of(samples[n]), followed_[samples[n]],
+                 static_cast<std::int8_t>(level - 1));
+        }
+      });
     }
+    if (!is_whole) return false;
+    refined_ = count;
   }
   return true;
 }
@@ -138,7 +168,6 @@ void Transport::light_directly(const Scene& scene) {
   constexpr int kLanes = PointPacket::kCount;
   constexpr double kCame = 20;  // steps; only its side of the surface matters
   const ShadowRays shadow_rays(scene, surfaces_);
-  direct_.resize(coarse_->size());
   parallel_for(sources_.size(), kPieceToShadow, [&](std::size_t begin, std::size_t end) {
     std::array<Rgb, kPieceToShadow> sums{};
     // Samples that a lamp may reach, until their rays fill a packet.
@@ -173,21 +202,19 @@ void Transport::light_directly(const Scene& scene) {
       }
       add(light);
     }
-    for (std::size_t n = begin; n < end; ++n) direct_[sources_[n]] = as_floats(sums[n - begin]);
+    for (std::size_t n = begin; n < end; ++n) {
+      set_channels(sums[n - begin], channels_, &direct_[channels_ * sources_[n]]);
+    }
   });
 }
 
 void Transport::set_albedo(const Scene& scene) {
-  albedo_.resize(coarse_->size());
-  std::vector<SampleLight> of_surface;
-  for (const SurfaceItem& item : scene.surfaces) of_surface.push_back(as_floats(item.material.kd));
   parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       const SampleSite& site = coarse_->site(sources_[n]);
-      const auto surface = static_cast<std::size_t>(site.surface);
-      const SurfaceItem& item = scene.surfaces[surface];
-      albedo_[sources_[n]] =
-          item.is_painted ? as_floats(material_at(item, site.point).kd) : of_surface[surface];
+      const SurfaceItem& item = scene.surfaces[static_cast<std::size_t>(site.surface)];
+      set_channels(item.is_painted ? material_at(item, site.point).kd : item.material.kd, channels_,
+                   &albedo_[channels_ * sources_[n]]);
     }
   });
 }
@@ -195,62 +222,75 @@ void Transport::set_albedo(const Scene& scene) {
 void Transport::light(const Scene& scene) {
   // Neighbours' rays go together.
   if (!std::ranges::is_sorted(sources_)) std::ranges::sort(sources_);
+  channels_ = is_grey(scene) ? 1 : SentLight::kMost;
+  const std::size_t size = coarse_->size() * channels_;
+  direct_.resize(size);
+  albedo_.resize(size);
+  sent_.resize(static_cast<std::size_t>(std::max(bounces_, 1)));
+  for (std::vector<float>& sent : sent_) sent.resize(size);
   light_directly(scene);
   set_albedo(scene);
-  SampleLight sky = as_floats(scene.has_default_ambient ? Rgb{} : scene.ambient);
-  sky[3] = 1;
-  sent_.resize(coarse_->size());
-  next_.resize(coarse_->size());
-  const auto send = [&](std::uint32_t sample, const SampleLight& irradiance,
-                        std::vector<SampleLight>& to) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      to[sample][c] = albedo_[sample][c] * (direct_[sample][c] + irradiance[c]);
-    }
-  };
-  parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) send(sources_[n], {}, sent_);
-  });
-  for (int bounce = 1; bounce < bounces_; ++bounce) {
+  SentLight light{channels_, nullptr, {}};
+  set_channels(sky_of(scene), SentLight::kMost, light.sky.data());
+  for (int bounce = 0; bounce < std::max(bounces_, 1); ++bounce) {
+    float* const to = sent_[static_cast<std::size_t>(bounce)].data();
     parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) {
         const std::uint32_t sample = sources_[n];
         if (needs_[sample] < bounce) continue;
-        send(sample, gathered_light(from_coarse_->of(sample), sent_.data(), sky), next_);
+        std::array<float, SentLight::kMost> irradiance{};
+        if (bounce > 0) irradiance = gathered_light(from_coarse_->of(sample), light);
+        for (std::size_t c = 0; c < channels_; ++c) {
+          const std::size_t at = channels_ * sample + c;
+          to[at] = albedo_[at] * (direct_[at] + irradiance[c]);
+        }
       }
     });
-    // What needs fewer bounces keeps what it sent before: no link that counts leads there any more.
-    std::swap(sent_, next_);
+    light.of_samples = to;
   }
   const std::vector<std::uint32_t>& seen = blend_->samples();
-  fine_light_.assign(seen.size(), {});
+  fine_light_.resize(seen.size() * channels_);
+  if (bounces_ == 0) std::ranges::fill(fine_light_, SlopedLight{});
   if (bounces_ == 0) return;
   parallel_for(seen.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       if (n + 1 < end) from_fine_->fetch(seen[n + 1]);
-      fine_light_[n] =
-          gathered_sloped(from_fine_->of(seen[n]), sent_.data(), sky, fine_->normal(seen[n]));
+      gather_sloped(from_fine_->of(seen[n]), light, fine_->normal(seen[n]),
+                    &fine_light_[channels_ * n]);
     }
   });
 }
 
 void Transport::gather(const SurfaceBuffer& buffer, Indirect& indirect) const {
-  std::vector<float>* const channels[4] = {&indirect.pixels.r, &indirect.pixels.g,
-                                           &indirect.pixels.b, &indirect.sky};
-  for (std::vector<float>* channel : channels) channel->resize(buffer.pixels());
+  RgbLayer& pixels = indirect.pixels;
+  for (auto* channel : {&pixels.r, &pixels.g, &pixels.b}) channel->resize(buffer.pixels());
+  float* const channels[] = {pixels.r.data(), pixels.g.data(), pixels.b.data()};
   blend_->pixels(fine_light_, buffer, channels);
   indirect.further.clear();
-  if (buffer.further.empty()) return;
-  for (const auto& tile : blend_->further(fine_light_, buffer)) {
-    auto& to = indirect.further.emplace_back();
-    for (const auto& [r, g, b, sky] : tile) to.push_back({r, g, b});
+  if (!buffer.further.empty()) indirect.further = blend_->further(fine_light_, buffer);
+}
+
+void Transport::gather_sky(const SurfaceBuffer& buffer, Indirect& indirect) const {
+  const std::vector<std::uint32_t>& seen = blend_->samples();
+  std::vector<SlopedLight> skies(seen.size());
+  if (bounces_ > 0) {
+    parallel_for(seen.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        skies[n] = sloped_sky(from_fine_->of(seen[n]), fine_->normal(seen[n]));
+      }
+    });
   }
+  indirect.sky.resize(buffer.pixels());
+  float* const sky = indirect.sky.data();
+  blend_->pixels(skies, buffer, {&sky, 1});
+  for (float& share : indirect.sky) share = std::min(1.0f, share);
 }
 
 double Transport::bytes() const {
   return fine_->bytes() + coarse_->bytes() + from_fine_->bytes() + from_coarse_->bytes() +
-         static_cast<double>(coarse_->size()) * kBytesACoarse +
-         (blend_ ? blend_->bytes() +
-                       static_cast<double>(blend_->samples().size() * sizeof(SlopedLight))
+         static_cast<double>(coarse_->size()) *
+             (kBytesACoarse + kBytesABounce * std::max(bounces_, 2)) +
+         (blend_ ? blend_->bytes() + static_cast<double>(blend_->samples().size()) * kBytesAFine
                  : 0);
 }
 

@@ -56,6 +56,8 @@ class Transport {
 
   /// E at all points of the picture.
   void gather(const SurfaceBuffer& buffer, Indirect& indirect) const;
+  /// The open sky there, which stays as it is until links or the picture change.
+  void gather_sky(const SurfaceBuffer& buffer, Indirect& indirect) const;
 
   /// Links of a fine sample: fewer than asked for where memory does not reach.
   int links() const { return links_; }
@@ -67,10 +69,8 @@ class Transport {
 
  private:
   int coarse_links() const;
-  void need(std::uint32_t coarse, std::int8_t bounces);
   void follow(const SampleLinks& row, std::uint16_t& followed, std::int8_t bounces);
-  bool shoot(TransportLinks& links, const std::vector<std::uint32_t>& samples, int count,
-             const std::function<bool()>& stop, const std::function<void(std::uint32_t)>& shot);
+  void collect(std::int8_t bounces);
   void light_directly(const Scene& scene);
   void set_albedo(const Scene& scene);
 
@@ -81,17 +81,21 @@ class Transport {
   std::unique_ptr<TransportLinks> from_fine_, from_coarse_;
   std::optional<PixelBlend> blend_;
   int bounces_ = -1;
+  int refined_ = 0;  // how many links all samples have that need any, if they shall have as many
   // For each coarse sample: how many bounces of light must be known there (0: direct light alone;
-  // -1: nothing at all), and how many of its links have been looked at for that.
-  std::vector<std::int8_t> needs_;
+  // -1: nothing at all), the same as it was collected last, and how many of its links have been
+  // followed for that.
+  std::vector<std::int8_t> needs_, collected_;
   std::vector<std::uint16_t> followed_;
   std::vector<std::vector<std::uint32_t>> needing_;  // coarse samples by their needs
   std::vector<std::uint16_t> fine_followed_;         // in the order of blend_->samples()
   std::vector<std::uint32_t> sources_;               // all coarse samples with a need
-  std::vector<SampleLight> direct_;                  // D
-  std::vector<SampleLight> albedo_;                  // kd
-  std::vector<SampleLight> sent_, next_;             // kd (D + E), and 0
-  std::vector<SlopedLight> fine_light_;              // in the order of blend_->samples()
+  // Light has one channel where all of it is grey, else three, side by side for each sample.
+  std::size_t channels_ = 1;
+  std::vector<float> direct_;             // D
+  std::vector<float> albedo_;             // kd
+  std::vector<std::vector<float>> sent_;  // kd (D + E), by the bounces in E
+  std::vector<SlopedLight> fine_light_;   // in the order of blend_->samples()
 };
 
 }  // namespace isolux

@@ -57,9 +57,17 @@ void TransportLinks::shoot(std::span<const std::uint32_t> samples, std::size_t c
     row_of_[sample] = static_cast<std::uint32_t>(rows_.size());
     rows_.emplace_back();
   }
+  const std::size_t before = links_of(samples);
   parallel_for(samples.size(), kSamplesAPiece, [&](std::size_t begin, std::size_t end) {
     shoot_piece(samples.subspan(begin, end - begin), count);
   });
+  links_ += links_of(samples) - before;
+}
+
+std::size_t TransportLinks::links_of(std::span<const std::uint32_t> samples) const {
+  std::size_t links = 0;
+  for (const std::uint32_t sample : samples) links += of(sample).links.capacity();
+  return links;
 }
 
 void TransportLinks::shoot_piece(std::span<const std::uint32_t> samples, std::size_t count) {
@@ -176,11 +184,13 @@ void TransportLinks::trace(LinkRays& rays) const {
 
 void TransportLinks::keep(std::span<const std::uint32_t> samples, int most) {
   std::vector<SampleLinks> kept(1);
+  links_ = 0;
   std::vector<std::uint32_t> row_of(row_of_.size());
   for (const std::uint32_t sample : samples) {
     if (row_of_[sample] == 0 || of(sample).rays > most) continue;
     row_of[sample] = static_cast<std::uint32_t>(kept.size());
     kept.push_back(std::move(rows_[row_of_[sample]]));
+    links_ += kept.back().links.capacity();
   }
   rows_ = std::move(kept);
   row_of_ = std::move(row_of);
@@ -192,10 +202,6 @@ double TransportLinks::bytes() const {
          link_bytes();
 }
 
-double TransportLinks::link_bytes() const {
-  std::size_t links = 0;
-  for (const SampleLinks& row : rows_) links += row.links.capacity();
-  return static_cast<double>(links * sizeof(Link));
-}
+double TransportLinks::link_bytes() const { return static_cast<double>(links_ * sizeof(Link)); }
 
 }  // namespace isolux

@@ -81,6 +81,7 @@ class TransportLinks {
 
   void shoot_piece(std::span<const std::uint32_t> samples, std::size_t count);
   void trace(LinkRays& rays) const;
+  std::size_t links_of(std::span<const std::uint32_t> samples) const;
   std::uint32_t slot(std::uint32_t sample) const;
 
   const SceneSurfaces& surfaces_;
@@ -91,6 +92,7 @@ class TransportLinks {
   std::vector<Vec3> directions_;       // [slot * most + number], in the tangent frame
   std::vector<std::uint32_t> row_of_;  // [sample]; 0: it has none
   std::vector<SampleLinks> rows_;      // the first is empty
+  std::size_t links_ = 0;              // of all rows, with what is set aside for them
 };
 
 }  // namespace isolux

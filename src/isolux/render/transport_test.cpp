@@ -43,6 +43,7 @@ struct Lit {
   void light(const Scene& with) {
     transport.light(with);
     transport.gather(buffer, indirect);
+    transport.gather_sky(buffer, indirect);
   }
 };
 
@@ -153,6 +154,7 @@ TEST(Transport, refining_in_pieces_and_on_any_threads_gives_the_same_bits) {
     EXPECT_EQ(transport.done(), 1);
     transport.light(scene);
     transport.gather(pieces.buffer, pieces.indirect);
+    transport.gather_sky(pieces.buffer, pieces.indirect);
   });
   each_hit(whole->buffer, [&](std::size_t place) {
     EXPECT_EQ(whole->indirect.pixels.at(place), pieces.indirect.pixels.at(place));
@@ -314,52 +316,79 @@ TEST(Transport, turned_towards_the_light_a_point_receives_more_and_under_even_li
     row.all_tilt.add(row.links.back().tilt());
     ++row.rays;
   }
-  const SampleLight none{}, one{1, 1, 1, 1};
-  const SampleLight even[2] = {one, one}, uneven[2] = {one, none};
+  const float even[2] = {1, 1}, uneven[2] = {1, 0};
   const Vec3 normal{0, 0, 1};
   const Vec3 x = TangentFrame(normal).across;
-  const auto along_x = [&](const SlopedLight& light) {
-    return x.x * light.slope[0][0] + x.y * light.slope[1][0] + x.z * light.slope[2][0];
+  const auto gathered = [&](const float* sent) {
+    SlopedLight light;
+    gather_sloped(row, {1, sent, {}}, normal, &light);
+    return light;
   };
-  EXPECT_EQ(gathered_sloped(row, even, none, normal).mean[0], 1);
-  EXPECT_NEAR(along_x(gathered_sloped(row, even, none, normal)), 0, 1e-6);
-  EXPECT_EQ(gathered_sloped(row, uneven, none, normal).mean[0], 0.5f);
+  const auto along_x = [&](const SlopedLight& light) {
+    return x.x * light.slope[0] + x.y * light.slope[1] + x.z * light.slope[2];
+  };
+  EXPECT_EQ(gathered(even).mean, 1);
+  EXPECT_NEAR(along_x(gathered(even)), 0, 1e-6);
+  EXPECT_EQ(gathered(uneven).mean, 0.5f);
   // Half of the light, from directions that lean by 1/2: 5/4 * 1/2 * 1/2.
-  EXPECT_NEAR(along_x(gathered_sloped(row, uneven, none, normal)), 5.0 / 16, 1e-4);
+  EXPECT_NEAR(along_x(gathered(uneven)), 5.0 / 16, 1e-4);
 }
 
 TEST(Transport, lanes_blend_as_plain_code_does) {
-  std::vector<SlopedLight> lights(3);
-  for (std::size_t n = 0; n < lights.size(); ++n) {
-    for (std::size_t c = 0; c < 4; ++c) {
-      const auto value = static_cast<float>(n * 4 + c);
-      lights[n].mean[c] = 0.1f * value;
+  for (const std::size_t channels : {1u, 3u}) {
+    std::vector<SlopedLight> lights(3 * channels);
+    for (std::size_t n = 0; n < lights.size(); ++n) {
+      const auto value = static_cast<float>(n);
+      lights[n].mean = 0.1f * value;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        lights[n].slope[axis][c] = std::sin(value + static_cast<float>(axis));
+        lights[n].slope[axis] = std::sin(value + static_cast<float>(axis));
       }
     }
-  }
-  std::vector<BlendShare> shares;
-  for (std::uint32_t n : {2u, 0u, 1u}) {
-    shares.push_back({n, {}});
-    for (std::size_t p = 0; p < BlendShare::kPixels; ++p) {
-      shares.back().weight[p] = static_cast<std::uint16_t>(p * (n + 1) * 997);
+    std::vector<BlendShare> shares;
+    for (std::uint32_t n : {2u, 0u, 1u}) {
+      shares.push_back({n, {}});
+      for (std::size_t p = 0; p < BlendShare::kPixels; ++p) {
+        shares.back().weight[p] = static_cast<std::uint16_t>(p * (n + 1) * 997);
+      }
+    }
+    float normals[3][BlendShare::kPixels], plain[3][BlendShare::kPixels],
+        lanes[3][BlendShare::kPixels];
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int p = 0; p < BlendShare::kPixels; ++p) {
+        // The first pixel has no weight; its normal may be anything.
+        normals[axis][p] = p == 0 ? NAN : std::cos(static_cast<float>(p + 5 * axis));
+      }
+    }
+    float* const to_lanes[] = {lanes[0], lanes[1], lanes[2]};
+    float* const to_plain[] = {plain[0], plain[1], plain[2]};
+    blend(shares, lights.data(), {normals[0], normals[1], normals[2]}, {to_lanes, channels});
+    blend_plainly(shares, lights.data(), {normals[0], normals[1], normals[2]},
+                  {to_plain, channels});
+    for (std::size_t c = 0; c < channels; ++c) {
+      for (int p = 0; p < BlendShare::kPixels; ++p) EXPECT_NEAR(lanes[c][p], plain[c][p], 1e-5);
     }
   }
-  float normals[3][BlendShare::kPixels], plain[4][BlendShare::kPixels],
-      lanes[4][BlendShare::kPixels];
-  for (int axis = 0; axis < 3; ++axis) {
-    for (int p = 0; p < BlendShare::kPixels; ++p) {
-      // The first pixel has no weight; its normal may be anything.
-      normals[axis][p] = p == 0 ? NAN : std::cos(static_cast<float>(p + 5 * axis));
-    }
+}
+
+TEST(Transport, lanes_sum_links_as_plain_code_does) {
+  // Of values n / 64 and tilts below 2^6 all sums over up to 70 links are whole multiples of 1 / 64
+  // below 2^24 / 64: exact in whatever order.
+  std::vector<float> sent(3 * 50);
+  for (std::size_t n = 0; n < sent.size(); ++n) sent[n] = static_cast<float>(n) / 64;
+  std::vector<Link> links;
+  for (std::uint32_t n = 0; n < 70; ++n) {
+    links.push_back({n * 37 % 50, static_cast<std::int16_t>(n % 61 - 30),
+                     static_cast<std::int16_t>(40 - n % 59)});
   }
-  blend(shares, lights.data(), {normals[0], normals[1], normals[2]},
-        {lanes[0], lanes[1], lanes[2], lanes[3]});
-  blend_plainly(shares, lights.data(), {normals[0], normals[1], normals[2]},
-                {plain[0], plain[1], plain[2], plain[3]});
-  for (int c = 0; c < 4; ++c) {
-    for (int p = 0; p < BlendShare::kPixels; ++p) EXPECT_NEAR(lanes[c][p], plain[c][p], 1e-5);
+  for (const std::size_t channels : {1u, 3u}) {
+    for (const std::size_t count : {0u, 1u, 3u, 7u, 15u, 16u, 17u, 31u, 48u, 70u}) {
+      const std::span<const Link> some(links.data(), count);
+      const SentLight light{channels, sent.data(), {}};
+      const LinkSums lanes = sum_links(some, light), plain = sum_links_plainly(some, light);
+      EXPECT_EQ(lanes.light, plain.light) << count;
+      EXPECT_EQ(lanes.across, plain.across) << count;
+      EXPECT_EQ(lanes.along, plain.along) << count;
+    }
   }
 }
 
