@@ -138,9 +138,10 @@ const Picture& Session::draw(const Scene& scene, Drawn& drawn) {
   if (is_lit) {
     drawn.picture.redisplay(scene, *buffer_);
   } else {
+    const Indirect none;
     const bool has_indirect = scene.indirect != IndirectMethod::kOff;
     drawn.picture.relight(scene, *buffer_, shadows(scene),
-                          has_indirect ? indirect_as_found(scene) : Indirect());
+                          has_indirect ? indirect_as_found(scene) : none);
   }
   counters_.lighting += is_lit ? 0 : 1;
   ++counters_.display;

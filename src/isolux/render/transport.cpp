@@ -230,6 +230,7 @@ void Transport::light(const Scene& scene) {
   for (std::vector<float>& sent : sent_) sent.resize(size);
   light_directly(scene);
   set_albedo(scene);
+  constexpr std::size_t kAhead = 2;  // samples whose links are fetched while others are gathered
   SentLight light{channels_, nullptr, {}};
   set_channels(sky_of(scene), SentLight::kMost, light.sky.data());
   for (int bounce = 0; bounce < std::max(bounces_, 1); ++bounce) {
@@ -237,6 +238,7 @@ void Transport::light(const Scene& scene) {
     parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) {
         const std::uint32_t sample = sources_[n];
+        if (bounce > 0 && n + kAhead < end) from_coarse_->fetch(sources_[n + kAhead]);
         if (needs_[sample] < bounce) continue;
         std::array<float, SentLight::kMost> irradiance{};
         if (bounce > 0) irradiance = gathered_light(from_coarse_->of(sample), light);
@@ -254,7 +256,7 @@ void Transport::light(const Scene& scene) {
   if (bounces_ == 0) return;
   parallel_for(seen.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
-      if (n + 1 < end) from_fine_->fetch(seen[n + 1]);
+      if (n + kAhead < end) from_fine_->fetch(seen[n + kAhead]);
       gather_sloped(from_fine_->of(seen[n]), light, fine_->normal(seen[n]),
                     &fine_light_[channels_ * n]);
     }
