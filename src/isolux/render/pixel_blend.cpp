@@ -6,61 +6,17 @@
 
 #include "isolux/base/parallel.h"
 #include "isolux/mesh/mesh_attributes.h"
+#include "isolux/render/site_weights.h"
 
 namespace isolux {
 namespace {
 
 constexpr std::size_t kTilesAPiece = 32;
-constexpr int kMost = 16;  // points at once
-
-// How far from a point's tangent plane samples may lie, in edges of blocks.
-constexpr float kThickness = 0.5f;
-// The same for another sheet of a mesh: where two of them lie in one plane, the seam is not seen.
-constexpr float kOtherThickness = 0.02f;
-// Points go together where they are no further apart.
+// Points go together where they are no further apart, in edges of blocks.
 constexpr float kTogether = 1;
 
-// Points that are near to each other, on one surface.
-struct Points {
-  int count = 0;
-  std::int32_t surface = 0;
-  std::uint32_t sheet = 0;
-  std::array<float, kMost> x, y, z;                       // in blocks, from `origin`
-  std::array<float, kMost> normal_x, normal_y, normal_z;  // outside
-  std::array<float, kMost> across_x, across_y, across_z;  // the same as a covector in blocks
-  std::array<SeenSide, kMost> side;
-  Vec3 origin;
-};
-
-using Weights = std::array<float, kMost>;
-
-// (1 - a)^2 where a < 1.
-inline float falling(float a) {
-  const float rest = std::max(0.0f, 1 - a);
-  return rest * rest;
-}
-
-// The weights of a site's outside in the points, without regard to their side.
-Weights weights_of(const SampleSite& site, const Points& points) {
-  const auto ox = static_cast<float>(site.in_blocks.x - points.origin.x),
-             oy = static_cast<float>(site.in_blocks.y - points.origin.y),
-             oz = static_cast<float>(site.in_blocks.z - points.origin.z);
-  constexpr float kScale = 1 / (PixelBlend::kReach * PixelBlend::kReach);
-  const float thickness = site.sheet == points.sheet ? kThickness : kOtherThickness;
-  const float plane_scale = 1 / (thickness * thickness);
-  Weights weights;
-  for (std::size_t n = 0; n < kMost; ++n) {
-    const float dx = ox - points.x[n], dy = oy - points.y[n], dz = oz - points.z[n];
-    const float off = dx * points.across_x[n] + dy * points.across_y[n] + dz * points.across_z[n];
-    const float likeness =
-        std::max(0.0f, site.normal.x * points.normal_x[n] + site.normal.y * points.normal_y[n] +
-                           site.normal.z * points.normal_z[n]);
-    const float square = likeness * likeness;
-    weights[n] = falling(kScale * (dx * dx + dy * dy + dz * dz)) *
-                 falling(plane_scale * off * off) * square * square * square * square;
-  }
-  return weights;
-}
+using Floats = BlendPoints::Floats;
+constexpr std::size_t kMost = BlendPoints::kCount;
 
 }  // namespace
 
@@ -85,10 +41,11 @@ class PixelBlend::Finder {
   }
 
  private:
-  struct Weighed {
-    std::uint32_t sample;
-    Weights weights;
-  };
+  static std::size_t number_of(SeenSide side) {
+    return (side.inside ? 2u : 0u) + (side.flipped ? 1u : 0u);
+  }
+  static SeenSide side_of(std::size_t number) { return {(number & 2) != 0, (number & 1) != 0}; }
+
   struct Met {
     Vec3 in_blocks;
     Vec3 outward;
@@ -123,11 +80,11 @@ class PixelBlend::Finder {
     }
     while (hits != 0) {
       const auto first = static_cast<std::size_t>(std::countr_zero(hits));
-      std::array<std::size_t, kBlock> members;
-      Points points;
+      BlendPoints points;
       points.surface = buffer_.surface[place + first];
       points.sheet = all[first].sheet;
       points.origin = all[first].in_blocks;
+      of_side_ = {};
       for (std::uint32_t rest = hits; rest != 0; rest &= rest - 1) {
         const auto n = static_cast<std::size_t>(std::countr_zero(rest));
         const Vec3 from_origin = all[n].in_blocks - points.origin;
@@ -135,31 +92,30 @@ class PixelBlend::Finder {
             length(from_origin) > kTogether) {
           continue;
         }
-        members[static_cast<std::size_t>(points.count)] = n;
-        add(points, all[n]);
-        hits &= ~(1u << n);
+        set(points, n, all[n]);
       }
-      add_shares(points, members, piece);
+      hits &= ~points.mask;
+      add_shares(points, piece);
     }
   }
 
   void find_point(const FurtherPoint& point, Piece& piece) {
     const auto& [nx, ny, nz] = point.normal;
     const auto& [ex, ey, ez] = point.to_eye;
-    Points points;
+    BlendPoints points;
     points.surface = point.surface;
     const Met at = met(point.surface, point.position, {nx, ny, nz}, {ex, ey, ez}, point.point);
     points.sheet = at.sheet;
     points.origin = at.in_blocks;
-    add(points, at);
+    of_side_ = {};
+    set(points, 0, at);
     weigh(points);
-    for (const Weighed& weighed : weighed_) {
-      piece.points.push_back({weighed.sample, weighed.weights[0] / sums_[0]});
+    for (const SiteWeights& sample : samples_found_) {
+      piece.points.push_back({sample.which, sample.weight[0] / sums_[0]});
     }
   }
 
-  void add(Points& points, const Met& at) const {
-    const auto n = static_cast<std::size_t>(points.count++);
+  void set(BlendPoints& points, std::size_t n, const Met& at) {
     const Vec3f from_origin = as_float(at.in_blocks - points.origin);
     points.x[n] = from_origin.x;
     points.y[n] = from_origin.y;
@@ -172,100 +128,102 @@ class PixelBlend::Finder {
     points.across_x[n] = across.x;
     points.across_y[n] = across.y;
     points.across_z[n] = across.z;
-    points.side[n] = at.side;
+    points.mask |= 1u << n;
+    of_side_[number_of(at.side)] |= 1u << n;
   }
 
-  // Finds `weighed_` and their `sums_`, which are not 0 where a sample is anywhere near.
-  void weigh(Points& points) {
-    weighed_.clear();
-    sums_.fill(0);
-    const auto count = static_cast<std::size_t>(points.count);
-    // What lies beyond the last point repeats it.
-    for (std::size_t n = count; n < kMost; ++n) {
+  // Finds the samples that count, and the sums of their weights, which are not 0 where a sample is
+  // anywhere near.
+  void weigh(BlendPoints& points) {
+    const auto first = static_cast<std::size_t>(std::countr_zero(points.mask));
+    for (std::uint32_t rest = 0xFFFF & ~points.mask; rest != 0; rest &= rest - 1) {
+      const auto n = static_cast<std::size_t>(std::countr_zero(rest));
       for (auto* of : {&points.x, &points.y, &points.z, &points.normal_x, &points.normal_y,
                        &points.normal_z, &points.across_x, &points.across_y, &points.across_z}) {
-        (*of)[n] = (*of)[count - 1];
+        (*of)[n] = (*of)[first];
       }
-      points.side[n] = points.side[count - 1];
     }
     BlockIndex low, high;
-    const auto range = [&](const std::array<float, kMost>& of, double origin, std::size_t axis) {
+    const auto range = [&](const Floats& of, double origin, std::size_t axis) {
       const auto [least, most] = std::ranges::minmax(of);
       low[axis] =
-          static_cast<std::int32_t>(std::floor(origin + static_cast<double>(least - kReach)));
+          static_cast<std::int32_t>(std::floor(origin + static_cast<double>(least - kBlendReach)));
       high[axis] =
-          static_cast<std::int32_t>(std::floor(origin + static_cast<double>(most + kReach)));
+          static_cast<std::int32_t>(std::floor(origin + static_cast<double>(most + kBlendReach)));
     };
     range(points.x, points.origin.x, 0);
     range(points.y, points.origin.y, 1);
     range(points.z, points.origin.z, 2);
-    samples_.each_site(points.surface, low, high, [&](std::uint32_t site) {
-      const Weights weights = weights_of(samples_.sites()[site], points);
-      if (std::ranges::max(weights) <= 0) return;
-      for (std::size_t n = 0; n < count; ++n) {
-        if (weights[n] == 0) continue;
-        weighed_of(samples_.sample(site, points.side[n])).weights[n] = weights[n];
-        sums_[n] += weights[n];
+    near_.clear();
+    samples_.each_site(points.surface, low, high,
+                       [&](std::uint32_t site) { near_.push_back(site); });
+    sites_found_.clear();
+    weigh_sites(points, samples_.sites().data(), near_, sites_found_);
+    samples_found_.clear();
+    sums_.fill(0);
+    for (const SiteWeights& site : sites_found_) {
+      for (std::size_t side = 0; side < of_side_.size(); ++side) {
+        const std::uint32_t lanes = site.lanes & of_side_[side];
+        if (lanes != 0) add(samples_.sample(site.which, side_of(side)), lanes, site.weight);
       }
-    });
+    }
     constexpr float kLeast = 1e-3f;
-    for (std::size_t n = 0; n < count; ++n) {
+    for (std::uint32_t rest = points.mask; rest != 0; rest &= rest - 1) {
+      const auto n = static_cast<std::size_t>(std::countr_zero(rest));
       if (sums_[n] < kLeast) stand_in(points, n, kLeast);
     }
   }
 
-  // The entry of a sample, one of the last four if there is one: those of a site come together.
-  Weighed& weighed_of(std::uint32_t sample) {
-    const std::size_t first = weighed_.size() - std::min<std::size_t>(4, weighed_.size());
-    for (std::size_t n = first; n < weighed_.size(); ++n) {
-      if (weighed_[n].sample == sample) return weighed_[n];
+  void add(std::uint32_t sample, std::uint32_t lanes, const Floats& weight) {
+    SiteWeights& to = samples_found_.emplace_back(SiteWeights{sample, lanes, weight});
+    for (std::size_t n = 0; n < kMost; ++n) {
+      to.weight[n] = (lanes >> n & 1) != 0 ? weight[n] : 0;
+      sums_[n] += to.weight[n];
     }
-    return weighed_.emplace_back(Weighed{sample, {}});
   }
 
   // Where nothing near is like a point, what is least unlike it stands in for the rest.
-  void stand_in(const Points& points, std::size_t n, float least) {
+  void stand_in(const BlendPoints& points, std::size_t n, float least) {
     const Vec3 at = points.origin + Vec3{points.x[n], points.y[n], points.z[n]};
     const Vec3 outward{points.normal_x[n], points.normal_y[n], points.normal_z[n]};
+    const auto side =
+        std::ranges::find_if(of_side_, [n](std::uint32_t lanes) { return (lanes >> n & 1) != 0; });
     const std::uint32_t sample =
-        samples_.find_in_blocks(points.surface, at, points.sheet, outward, points.side[n]);
+        samples_.find_in_blocks(points.surface, at, points.sheet, outward,
+                                side_of(static_cast<std::size_t>(side - of_side_.begin())));
     if (sample == SurfaceSamples::kNone) return;
-    weighed_of(sample).weights[n] += least - sums_[n];
-    sums_[n] = least;
+    Floats weight;
+    weight[n] = least - sums_[n];
+    add(sample, 1u << n, weight);
   }
 
-  void add_shares(Points& points, const std::array<std::size_t, kBlock>& members, Piece& piece) {
+  void add_shares(BlendPoints& points, Piece& piece) {
     weigh(points);
-    const auto count = static_cast<std::size_t>(points.count);
-    std::array<int, kBlock> left;
-    std::array<std::size_t, kBlock> greatest{};
-    left.fill(BlendShare::kWhole);
+    Floats scale, most{};
+    std::array<std::int32_t, kMost> left{}, greatest{};
+    for (std::size_t n = 0; n < kMost; ++n)
+      scale[n] = sums_[n] > 0 ? BlendShare::kWhole / sums_[n] : 0;
+    for (std::size_t n = 0; n < kMost; ++n) left[n] = sums_[n] > 0 ? BlendShare::kWhole : 0;
     const std::size_t begin = piece.shares.size();
-    for (const Weighed& weighed : weighed_) {
-      BlendShare share{weighed.sample, {}};
-      bool counts = false;
-      for (std::size_t n = 0; n < count; ++n) {
-        if (sums_[n] == 0) continue;
-        const auto weight = static_cast<std::uint16_t>(weighed.weights[n] / sums_[n] *
-                                                       BlendShare::kWhole);  // rounds down
-        share.weight[members[n]] = weight;
-        left[n] -= weight;
-        counts = counts || weight > 0;
+    for (const SiteWeights& sample : samples_found_) {
+      BlendShare& share = piece.shares.emplace_back(BlendShare{sample.which, {}});
+      const auto number = static_cast<std::int32_t>(piece.shares.size() - 1 - begin);
+      int all = 0;
+      for (std::size_t n = 0; n < kMost; ++n) {
+        const auto part = static_cast<std::int32_t>(sample.weight[n] * scale[n]);  // rounds down
+        share.weight[n] = static_cast<std::uint16_t>(part);
+        left[n] -= part;
+        all |= part;
+        greatest[n] = sample.weight[n] > most[n] ? number : greatest[n];
+        most[n] = std::max(most[n], sample.weight[n]);
       }
-      if (!counts) continue;
-      const std::size_t at = piece.shares.size();
-      piece.shares.push_back(share);
-      for (std::size_t n = 0; n < count; ++n) {
-        if (greatest[n] == 0 ||
-            share.weight[members[n]] > piece.shares[begin + greatest[n] - 1].weight[members[n]]) {
-          greatest[n] = at - begin + 1;
-        }
-      }
+      if (all == 0) piece.shares.pop_back();
     }
     // What rounding has left belongs to the greatest.
-    for (std::size_t n = 0; n < count; ++n) {
-      if (greatest[n] == 0) continue;
-      std::uint16_t& weight = piece.shares[begin + greatest[n] - 1].weight[members[n]];
+    for (std::uint32_t rest = points.mask; rest != 0; rest &= rest - 1) {
+      const auto n = static_cast<std::size_t>(std::countr_zero(rest));
+      if (left[n] == 0) continue;
+      std::uint16_t& weight = piece.shares[begin + static_cast<std::size_t>(greatest[n])].weight[n];
       weight = static_cast<std::uint16_t>(weight + left[n]);
     }
   }
@@ -274,8 +232,10 @@ class PixelBlend::Finder {
   const SceneSurfaces& surfaces_;
   const SurfaceSamples& samples_;
   const SurfaceBuffer& buffer_;
-  std::vector<Weighed> weighed_;
-  Weights sums_;
+  std::array<std::uint32_t, 4> of_side_;  // lanes of points that are seen from there
+  std::vector<std::uint32_t> near_;
+  std::vector<SiteWeights> sites_found_, samples_found_;
+  Floats sums_;
 };
 
 PixelBlend::PixelBlend(const Scene& scene, const SceneSurfaces& surfaces,

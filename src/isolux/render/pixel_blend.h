@@ -17,9 +17,6 @@ namespace isolux {
 /// Weights fall to zero smoothly, so nothing is seen of the samples' blocks.
 class PixelBlend {
  public:
-  /// How far samples are blended, in edges of blocks.
-  static constexpr float kReach = 1.75f;
-
   /// Finds the weights for a buffer, on all threads.
   PixelBlend(const Scene& scene, const SceneSurfaces& surfaces, const SurfaceSamples& samples,
              const SurfaceBuffer& buffer);
