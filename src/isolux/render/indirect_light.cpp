@@ -43,13 +43,13 @@ void IndirectLight::transport(const Scene& scene, const SceneSurfaces& surfaces,
   if (!transport_ || memory_ != scene.indirect_memory) {
     transport_.emplace(scene, surfaces, TransportOptions{.memory = scene.indirect_memory});
     memory_ = scene.indirect_memory;
-    has_seen_ = false;
+    seen_.reset();
   }
-  if (!has_seen_) {
-    transport_->see(scene, buffer);
+  if (!seen_ || (!stop && seen_ != PixelBlend::Detail::kWhole)) {
+    seen_ = stop ? PixelBlend::Detail::kSketch : PixelBlend::Detail::kWhole;
+    transport_->see(scene, buffer, *seen_);
     sky_bounces_.reset();
   }
-  has_seen_ = true;
   is_complete_ = transport_->refine(scene.bounces, [&] {
     if (listener) listener("linking surfaces", transport_->done());
     return stop && stop();
@@ -62,7 +62,11 @@ void IndirectLight::transport(const Scene& scene, const SceneSurfaces& surfaces,
   }
   transport_->light(scene);
   transport_->gather(buffer, found_);
-  if (sky_bounces_ != scene.bounces) transport_->gather_sky(buffer, found_);
+  if (seen_ == PixelBlend::Detail::kSketch) {
+    found_.sky.resize(buffer.pixels());
+  } else if (sky_bounces_ != scene.bounces) {
+    transport_->gather_sky(buffer, found_);
+  }
   sky_bounces_.reset();
   if (is_complete_) sky_bounces_ = scene.bounces;
   told_ =

@@ -19,8 +19,9 @@ namespace isolux {
 class IndirectLight {
  public:
   /// Empty where the scene asks for none. `stop` is asked now and then while transport is missing
-  /// links: whether to make do with those there are; none: never. Listeners may throw, to cancel.
-  /// The answer stays valid until the next call.
+  /// links: whether to make do with those there are; none: never. With it, a buffer that has
+  /// changed is lit by a sketch. Listeners may throw, to cancel. The answer stays valid until the
+  /// next call.
   /// @throws WorkError  where transport cannot do with the memory that the scene allows.
   const Indirect& find(const Scene& scene, const SceneSurfaces& surfaces,
                        const SurfaceBuffer& buffer, const ProgressListener& listener = {},
@@ -36,7 +37,7 @@ class IndirectLight {
   /// To be called before surfaces change.
   void forget() { transport_.reset(); }
   /// To be called when the buffer has changed since the last answer.
-  void forget_view() { has_seen_ = false; }
+  void forget_view() { seen_.reset(); }
 
  private:
   void transport(const Scene& scene, const SceneSurfaces& surfaces, const SurfaceBuffer& buffer,
@@ -45,7 +46,7 @@ class IndirectLight {
   Denoiser denoiser_;
   std::optional<Transport> transport_;
   double memory_ = 0;
-  bool has_seen_ = false;  // the buffer
+  std::optional<PixelBlend::Detail> seen_;  // how transport has seen the buffer
   bool is_complete_ = true;
   Indirect found_;
   std::optional<int> sky_bounces_;  // with which found_ has the open sky as it will stay

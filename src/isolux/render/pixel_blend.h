@@ -2,10 +2,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "isolux/render/blend_finder.h"
 #include "isolux/render/blend_shares.h"
+#include "isolux/render/light_spread.h"
 #include "isolux/render/surface_buffer.h"
 #include "isolux/render/surface_samples.h"
 #include "isolux/scene/scene.h"
@@ -17,10 +20,16 @@ namespace isolux {
 /// Weights fall to zero smoothly, so nothing is seen of the samples' blocks.
 class PixelBlend {
  public:
+  enum class Detail {
+    kWhole,   ///< weights at every pixel
+    kSketch,  ///< at one of each block of 4 x 4, from which others take it: while the eye moves
+  };
+
   /// Finds the weights for a buffer, on all threads.
   PixelBlend(const Scene& scene, const SceneSurfaces& surfaces, const SurfaceSamples& samples,
-             const SurfaceBuffer& buffer);
+             const SurfaceBuffer& buffer, Detail detail = Detail::kWhole);
 
+  Detail detail() const { return detail_; }
   /// Numbers of all samples that have a weight, in order.
   const std::vector<std::uint32_t>& samples() const { return samples_; }
 
@@ -36,26 +45,30 @@ class PixelBlend {
   double bytes() const;
 
  private:
-  static constexpr int kBlock = BlendShare::kPixels;
+  static constexpr std::size_t kBlock = BlendShare::kPixels;
 
-  struct Point {
-    std::uint32_t sample;
-    float weight;
-  };
   // The shares of consecutive tiles.
   struct Piece {
     std::vector<BlendShare> shares;
-    std::vector<std::uint32_t> ends;  // of each block's shares, four for each tile
-    std::vector<Point> points;
+    std::vector<std::uint32_t> ends;  // of each sixteen places' shares
+    std::vector<BlendWeight> points;
     std::vector<std::uint32_t> point_ends;  // of each further point's
     std::vector<std::uint32_t> tile_ends;   // of each tile's further points, in point_ends
   };
-  class Finder;
 
+  void find_tile(const SurfaceBuffer& buffer, std::size_t tile, BlendFinder& finder, Piece& piece);
+  void find_sketch(const SurfaceBuffer& buffer, std::size_t first, std::size_t last,
+                   BlendFinder& finder, Piece& piece);
+  void find_further(const FurtherPoints& points, BlendFinder& finder, Piece& piece);
+  void number_samples(std::size_t count);
   std::size_t channels_of(const std::vector<SlopedLight>& of_samples) const;
+  void spread(const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer,
+              std::span<float* const> channels) const;
 
+  Detail detail_;
   std::vector<Piece> pieces_;
   std::vector<std::uint32_t> samples_;
+  std::optional<LightSpread> spread_;  // of a sketch
 };
 
 }  // namespace isolux

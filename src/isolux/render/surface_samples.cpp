@@ -1,6 +1,7 @@
 #include "isolux/render/surface_samples.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
 
@@ -122,6 +123,11 @@ std::uint32_t SurfaceSamples::find_in_blocks(std::int32_t surface, Vec3 at, std:
     if (found != kNone) return found;
   }
   return kNone;
+}
+
+double SurfaceSamples::block_mm(std::int32_t surface) const {
+  const auto& [x, y, z] = grids_[static_cast<std::size_t>(surface)].block_from_world.linear.column;
+  return 1 / std::cbrt(std::fabs(dot(x, cross(y, z))));
 }
 
 double SurfaceSamples::bytes() const {

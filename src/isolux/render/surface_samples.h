@@ -81,6 +81,9 @@ class SurfaceSamples {
     return grids_[static_cast<std::size_t>(surface)].block_from_world.point(position);
   }
 
+  /// The edge of a block, as if it were a cube.
+  double block_mm(std::int32_t surface) const;
+
   /// What gives a distance from a plane when multiplied with a vector there, both in that space.
   Vec3 normal_in_blocks(std::int32_t surface, Vec3 normal) const {
     return normalize(grids_[static_cast<std::size_t>(surface)].blocks_from_covector * normal);

@@ -12,8 +12,10 @@ namespace isolux {
 namespace {
 
 constexpr int kFirstLinks = 8, kLeastLinks = 16;
-// Samples that are shot from between two questions whether to stop.
-constexpr std::size_t kSamplesAtOnce = 1024;
+// What is shot between two questions whether to stop.
+constexpr std::size_t kRaysAtOnce = 1 << 16, kLeastAtOnce = 256;
+// Samples whose links are fetched while others are gathered.
+constexpr std::size_t kAhead = 2;
 constexpr std::size_t kPieceToLight = 256, kPieceToShadow = 1024, kPieceToFollow = 2048;
 
 // Of a coarse sample: its needs and followed links, where it stands among others, D and kd; and
@@ -38,20 +40,12 @@ void set_channels(Rgb value, std::size_t channels, float* to) {
   for (std::size_t c = 0; c < channels; ++c) to[c] = static_cast<float>(value[static_cast<int>(c)]);
 }
 
-// Shoots what is missing, and asks in between whether to stop; returns whether all is there.
-bool shoot(TransportLinks& links, const std::vector<std::uint32_t>& samples, int count,
-           const std::function<bool()>& stop) {
-  std::vector<std::uint32_t> lacking;
-  for (const std::uint32_t sample : samples) {
-    if (links.of(sample).rays < count) lacking.push_back(sample);
-  }
-  const std::span<const std::uint32_t> all(lacking);
-  for (std::size_t begin = 0; begin < all.size(); begin += kSamplesAtOnce) {
-    if (stop && stop()) return false;
-    links.shoot(all.subspan(begin, std::min(kSamplesAtOnce, all.size() - begin)),
-                static_cast<std::size_t>(count));
-  }
-  return true;
+// Whether surfaces send the same light in both.
+bool is_lit_alike(const Scene& a, const Scene& b) {
+  return a.lights == b.lights && a.shadows == b.shadows && sky_of(a) == sky_of(b) &&
+         std::ranges::equal(a.surfaces, b.surfaces, [](const auto& one, const auto& other) {
+           return one.material == other.material && one.change == other.change;
+         });
 }
 
 }  // namespace
@@ -71,8 +65,10 @@ Transport::Transport(const Scene& scene, const SceneSurfaces& surfaces, Transpor
 
 int Transport::coarse_links() const { return std::max(links_ / 16, kFirstLinks); }
 
-void Transport::see(const Scene& scene, const SurfaceBuffer& buffer) {
-  blend_.emplace(scene, surfaces_, *fine_, buffer);
+void Transport::see(const Scene& scene, const SurfaceBuffer& buffer, PixelBlend::Detail detail) {
+  const std::vector<std::uint32_t> before =
+      blend_ ? blend_->samples() : std::vector<std::uint32_t>();
+  blend_.emplace(scene, surfaces_, *fine_, buffer, detail);
   // What links take where none meets the sky. Of coarse samples hardly more than one of a site's
   // four is ever reached.
   const double left =
@@ -82,12 +78,36 @@ void Transport::see(const Scene& scene, const SurfaceBuffer& buffer) {
            (links_ * static_cast<double>(blend_->samples().size()) +
             coarse_links() * static_cast<double>(coarse_->sites().size()));
   };
-  const int before = links_;
+  const int links_before = links_;
   links_ = options_.links;
   while (taken() > left && links_ > kLeastLinks) links_ /= 2;
-  if (links_ < before) from_coarse_->keep({}, 0);
-  if (links_ < before || bytes() > options_.memory) from_fine_->keep(blend_->samples(), links_);
-  bounces_ = -1;  // needs are to be found anew
+  const bool has_fewer = links_ < links_before;
+  if (has_fewer) from_coarse_->keep({}, 0);
+  if (has_fewer || bytes() > options_.memory) from_fine_->keep(blend_->samples(), links_);
+  if (has_fewer) lit_by_.reset();
+  keep_known(before);
+  refined_ = 0;
+  // A picture's needs are found anew. While the eye moves what it needed before stays.
+  if (detail == PixelBlend::Detail::kWhole || has_fewer) bounces_ = -1;
+}
+
+// Takes what is known of fine samples to where they stand now.
+void Transport::keep_known(const std::vector<std::uint32_t>& before) {
+  const std::vector<std::uint32_t>& seen = blend_->samples();
+  std::vector<SlopedLight> light(seen.size() * channels_);
+  std::vector<std::uint16_t> rays(seen.size()), followed(seen.size());
+  for (std::size_t n = 0, old = 0; n < seen.size(); ++n) {
+    while (old < before.size() && before[old] < seen[n]) ++old;
+    if (old == before.size()) break;
+    if (before[old] != seen[n]) continue;
+    if (old < fine_followed_.size()) followed[n] = fine_followed_[old];
+    if (old >= fine_rays_.size()) continue;
+    rays[n] = fine_rays_[old];
+    std::copy_n(&fine_light_[channels_ * old], channels_, &light[channels_ * n]);
+  }
+  fine_light_ = std::move(light);
+  fine_rays_ = std::move(rays);
+  fine_followed_ = std::move(followed);
 }
 
 // What links lead to is needed with so many bounces. Threads may say so of the same sample.
@@ -111,6 +131,29 @@ void Transport::collect(std::int8_t bounces) {
   }
 }
 
+// Shoots what is missing, and asks in between whether to stop; returns whether all is there.
+bool Transport::shoot(TransportLinks& links, const std::vector<std::uint32_t>& samples, int count,
+                      const std::function<bool()>& stop) {
+  std::vector<std::uint32_t> lacking;
+  for (const std::uint32_t sample : samples) {
+    if (links.of(sample).rays < count) lacking.push_back(sample);
+  }
+  // What was lit by way of fewer links is to be lit again.
+  const bool changes_light =
+      &links == from_coarse_.get() && !known_.empty() &&
+      std::ranges::any_of(lacking, [&](std::uint32_t sample) { return known_[sample] > 1; });
+  if (changes_light) lit_by_.reset();
+  const std::size_t at_once =
+      std::max<std::size_t>(kLeastAtOnce, kRaysAtOnce / static_cast<std::size_t>(count));
+  const std::span<const std::uint32_t> all(lacking);
+  for (std::size_t begin = 0; begin < all.size(); begin += at_once) {
+    if (stop && stop()) return false;
+    links.shoot(all.subspan(begin, std::min(at_once, all.size() - begin)),
+                static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
 bool Transport::refine(int bounces, const std::function<bool()>& stop) {
   if (bounces != bounces_) {
     bounces_ = bounces;
@@ -123,7 +166,9 @@ bool Transport::refine(int bounces, const std::function<bool()>& stop) {
     fine_followed_.assign(blend_->samples().size(), 0);
   }
   if (bounces == 0) return true;
-  for (int count = std::max(kFirstLinks, 2 * refined_); count <= links_; count *= 2) {
+  const bool is_sketch = blend_->detail() == PixelBlend::Detail::kSketch;
+  const int wanted = is_sketch ? kFirstLinks : links_;
+  for (int count = std::max(kFirstLinks, 2 * refined_); count <= wanted; count *= 2) {
     const std::vector<std::uint32_t>& seen = blend_->samples();
     bool is_whole = shoot(*from_fine_, seen, count, stop);
     parallel_for(seen.size(), kPieceToFollow, [&](std::size_t begin, std::size_t end) {
@@ -147,7 +192,7 @@ bool Transport::refine(int bounces, const std::function<bool()>& stop) {
     if (!is_whole) return false;
     refined_ = count;
   }
-  return true;
+  return !is_sketch;
 }
 
 double Transport::done() const {
@@ -164,11 +209,11 @@ double Transport::done() const {
   return wanted == 0 ? 1 : there / wanted;
 }
 
-void Transport::light_directly(const Scene& scene) {
+void Transport::light_directly(const Scene& scene, const std::vector<std::uint32_t>& sources) {
   constexpr int kLanes = PointPacket::kCount;
   constexpr double kCame = 20;  // steps; only its side of the surface matters
   const ShadowRays shadow_rays(scene, surfaces_);
-  parallel_for(sources_.size(), kPieceToShadow, [&](std::size_t begin, std::size_t end) {
+  parallel_for(sources.size(), kPieceToShadow, [&](std::size_t begin, std::size_t end) {
     std::array<Rgb, kPieceToShadow> sums{};
     // Samples that a lamp may reach, until their rays fill a packet.
     PointPacket points;
@@ -186,7 +231,7 @@ void Transport::light_directly(const Scene& scene) {
     };
     for (const Light& light : scene.lights) {
       for (std::size_t n = begin; n < end; ++n) {
-        const std::uint32_t sample = sources_[n];
+        const std::uint32_t sample = sources[n];
         const SampleSite& site = coarse_->site(sample);
         const SurfacePoint at{site.position, coarse_->normal(sample), coarse_->true_normal(sample)};
         arriving[count] = irradiance(light, at);
@@ -203,62 +248,86 @@ void Transport::light_directly(const Scene& scene) {
       add(light);
     }
     for (std::size_t n = begin; n < end; ++n) {
-      set_channels(sums[n - begin], channels_, &direct_[channels_ * sources_[n]]);
+      set_channels(sums[n - begin], channels_, &direct_[channels_ * sources[n]]);
     }
   });
 }
 
-void Transport::set_albedo(const Scene& scene) {
-  parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+void Transport::set_albedo(const Scene& scene, const std::vector<std::uint32_t>& sources) {
+  parallel_for(sources.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
-      const SampleSite& site = coarse_->site(sources_[n]);
+      const SampleSite& site = coarse_->site(sources[n]);
       const SurfaceItem& item = scene.surfaces[static_cast<std::size_t>(site.surface)];
       set_channels(item.is_painted ? material_at(item, site.point).kd : item.material.kd, channels_,
-                   &albedo_[channels_ * sources_[n]]);
+                   &albedo_[channels_ * sources[n]]);
     }
   });
+}
+
+// Finds what sources send with so many bounces, which is what the next bounce gathers.
+void Transport::send(const std::vector<std::uint32_t>& sources, std::size_t bounce,
+                     SentLight& light) {
+  float* const to = sent_[bounce].data();
+  parallel_for(sources.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const std::uint32_t sample = sources[n];
+      std::array<float, SentLight::kMost> irradiance{};
+      if (bounce > 0) {
+        if (n + kAhead < end) from_coarse_->fetch(sources[n + kAhead]);
+        irradiance = gathered_light(from_coarse_->of(sample), light);
+      }
+      for (std::size_t c = 0; c < channels_; ++c) {
+        const std::size_t at = channels_ * sample + c;
+        to[at] = albedo_[at] * (direct_[at] + irradiance[c]);
+      }
+      known_[sample] = static_cast<std::int8_t>(bounce + 1);
+    }
+  });
+  light.of_samples = to;
 }
 
 void Transport::light(const Scene& scene) {
   // Neighbours' rays go together.
   if (!std::ranges::is_sorted(sources_)) std::ranges::sort(sources_);
+  if (!lit_by_ || !is_lit_alike(*lit_by_, scene)) {
+    known_.assign(coarse_->size(), 0);
+    lit_bounces_ = -1;
+  }
+  if (lit_bounces_ != bounces_) std::ranges::fill(fine_rays_, std::uint16_t{0});
+  lit_by_ = scene;
+  lit_bounces_ = bounces_;
   channels_ = is_grey(scene) ? 1 : SentLight::kMost;
   const std::size_t size = coarse_->size() * channels_;
   direct_.resize(size);
   albedo_.resize(size);
   sent_.resize(static_cast<std::size_t>(std::max(bounces_, 1)));
   for (std::vector<float>& sent : sent_) sent.resize(size);
-  light_directly(scene);
-  set_albedo(scene);
-  constexpr std::size_t kAhead = 2;  // samples whose links are fetched while others are gathered
   SentLight light{channels_, nullptr, {}};
   set_channels(sky_of(scene), SentLight::kMost, light.sky.data());
+  std::vector<std::uint32_t> lacking;
   for (int bounce = 0; bounce < std::max(bounces_, 1); ++bounce) {
-    float* const to = sent_[static_cast<std::size_t>(bounce)].data();
-    parallel_for(sources_.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t n = begin; n < end; ++n) {
-        const std::uint32_t sample = sources_[n];
-        if (bounce > 0 && n + kAhead < end) from_coarse_->fetch(sources_[n + kAhead]);
-        if (needs_[sample] < bounce) continue;
-        std::array<float, SentLight::kMost> irradiance{};
-        if (bounce > 0) irradiance = gathered_light(from_coarse_->of(sample), light);
-        for (std::size_t c = 0; c < channels_; ++c) {
-          const std::size_t at = channels_ * sample + c;
-          to[at] = albedo_[at] * (direct_[at] + irradiance[c]);
-        }
-      }
+    lacking.clear();
+    std::ranges::copy_if(sources_, std::back_inserter(lacking), [&](std::uint32_t sample) {
+      return needs_[sample] >= bounce && known_[sample] <= bounce;
     });
-    light.of_samples = to;
+    if (bounce == 0) {
+      light_directly(scene, lacking);
+      set_albedo(scene, lacking);
+    }
+    send(lacking, static_cast<std::size_t>(bounce), light);
   }
   const std::vector<std::uint32_t>& seen = blend_->samples();
   fine_light_.resize(seen.size() * channels_);
+  fine_rays_.resize(seen.size());
   if (bounces_ == 0) std::ranges::fill(fine_light_, SlopedLight{});
   if (bounces_ == 0) return;
   parallel_for(seen.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
+      const SampleLinks& row = from_fine_->of(seen[n]);
+      if (row.rays > 0 && fine_rays_[n] == row.rays) continue;
+      fine_rays_[n] = static_cast<std::uint16_t>(row.rays);
       if (n + kAhead < end) from_fine_->fetch(seen[n + kAhead]);
-      gather_sloped(from_fine_->of(seen[n]), light, fine_->normal(seen[n]),
-                    &fine_light_[channels_ * n]);
+      gather_sloped(row, light, fine_->normal(seen[n]), &fine_light_[channels_ * n]);
     }
   });
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "isolux/render/indirect.h"
+#include "isolux/render/link_sums.h"
 #include "isolux/render/pixel_blend.h"
 #include "isolux/render/scene_surfaces.h"
 #include "isolux/render/surface_buffer.h"
@@ -42,16 +43,19 @@ class Transport {
  public:
   Transport(const Scene& scene, const SceneSurfaces& surfaces, TransportOptions options = {});
 
-  /// Says what picture is to be lit: how its points are blended of samples.
-  void see(const Scene& scene, const SurfaceBuffer& buffer);
+  /// Says what picture is to be lit: how its points are blended of samples. What is known of these
+  /// from pictures before is kept; after a sketch, what its picture needed as well.
+  void see(const Scene& scene, const SurfaceBuffer& buffer,
+           PixelBlend::Detail detail = PixelBlend::Detail::kWhole);
 
-  /// Shoots the links that are missing: first 8 everywhere, then 16, and so on. Asks `stop` in
-  /// between, every few milliseconds. Returns whether there are all.
+  /// Shoots the links that are missing: first 8 everywhere, and for a sketch no more, then 16, and
+  /// so on. Asks `stop` in between, every few milliseconds. Returns whether there are all.
   bool refine(int bounces, const std::function<bool()>& stop = {});
   /// How much of that is done, in [0, 1].
   double done() const;
 
-  /// Finds the light at all samples that are needed.
+  /// Finds the light at all samples that are needed; where lamps, colours and ambient light are as
+  /// they were, at those alone where it is not known.
   void light(const Scene& scene);
 
   /// E at all points of the picture.
@@ -71,8 +75,12 @@ class Transport {
   int coarse_links() const;
   void follow(const SampleLinks& row, std::uint16_t& followed, std::int8_t bounces);
   void collect(std::int8_t bounces);
-  void light_directly(const Scene& scene);
-  void set_albedo(const Scene& scene);
+  void light_directly(const Scene& scene, const std::vector<std::uint32_t>& sources);
+  void set_albedo(const Scene& scene, const std::vector<std::uint32_t>& sources);
+  void send(const std::vector<std::uint32_t>& sources, std::size_t bounce, SentLight& light);
+  void keep_known(const std::vector<std::uint32_t>& before);
+  bool shoot(TransportLinks& links, const std::vector<std::uint32_t>& samples, int count,
+             const std::function<bool()>& stop);
 
   const SceneSurfaces& surfaces_;
   TransportOptions options_;
@@ -95,7 +103,12 @@ class Transport {
   std::vector<float> direct_;             // D
   std::vector<float> albedo_;             // kd
   std::vector<std::vector<float>> sent_;  // kd (D + E), by the bounces in E
-  std::vector<SlopedLight> fine_light_;   // in the order of blend_->samples()
+  std::optional<Scene> lit_by_;
+  int lit_bounces_ = -1;
+  std::vector<std::int8_t> known_;  // of each coarse sample: for how many bounces sent_ is right
+  // In the order of blend_->samples(): their light, and with how many rays it was found.
+  std::vector<SlopedLight> fine_light_;
+  std::vector<std::uint16_t> fine_rays_;
 };
 
 }  // namespace isolux
