@@ -17,17 +17,21 @@ constexpr double kSpreadThickness = 0.75;
 constexpr std::size_t kSketchedTiles = BlendFinder::kCount / 4;
 static_assert(kTilesAPiece % kSketchedTiles == 0);
 
+// A channel of the light at sixteen points: mean, and slope by three axes.
+using PointLights = std::array<BlendPoints::Floats, 4>;
+
 // Adds what a sample counts at points to their light.
 void add_share(const BlendShare& share, const SlopedLight* of_samples, std::size_t channels,
-               SlopedLight* to) {
-  for (std::size_t n = 0; n < share.weight.size(); ++n) {
-    if (share.weight[n] == 0) continue;
-    const float weight = static_cast<float>(share.weight[n]) / BlendShare::kWhole;
-    for (std::size_t c = 0; c < channels; ++c) {
-      const SlopedLight& from = of_samples[channels * share.sample + c];
-      SlopedLight& sum = to[channels * n + c];
-      sum.mean += weight * from.mean;
-      for (std::size_t axis = 0; axis < 3; ++axis) sum.slope[axis] += weight * from.slope[axis];
+               PointLights* sums) {
+  BlendPoints::Floats weight;
+  for (std::size_t n = 0; n < weight.size(); ++n) {
+    weight[n] = static_cast<float>(share.weight[n]) * (1.0f / BlendShare::kWhole);
+  }
+  for (std::size_t c = 0; c < channels; ++c) {
+    const auto& [mean, slope] = of_samples[channels * share.sample + c];
+    const float parts[4] = {mean, slope[0], slope[1], slope[2]};
+    for (std::size_t part = 0; part < 4; ++part) {
+      for (std::size_t n = 0; n < weight.size(); ++n) sums[c][part][n] += weight[n] * parts[part];
     }
   }
 }
@@ -122,10 +126,7 @@ void PixelBlend::pixels(const std::vector<SlopedLight>& of_samples, const Surfac
                         std::span<float* const> channels) const {
   const std::size_t lit = channels_of(of_samples);
   if (spread_) {
-    spread(of_samples, buffer, channels.first(lit));
-    for (std::size_t c = lit; c < channels.size(); ++c) {
-      std::copy_n(channels[0], buffer.pixels(), channels[c]);
-    }
+    spread(of_samples, buffer, channels);
     return;
   }
   parallel_for(pieces_.size(), 1, [&](std::size_t first, std::size_t last) {
@@ -151,23 +152,34 @@ void PixelBlend::pixels(const std::vector<SlopedLight>& of_samples, const Surfac
 
 void PixelBlend::spread(const std::vector<SlopedLight>& of_samples, const SurfaceBuffer& buffer,
                         std::span<float* const> channels) const {
-  const std::size_t count = channels.size();
+  const std::size_t count = channels_of(of_samples);
   std::vector<SlopedLight> of_points(4 * buffer.hits.size() * count);
   parallel_for(pieces_.size(), 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t n = first; n < last; ++n) {
       const Piece& piece = pieces_[n];
       std::size_t share = 0;
       for (std::size_t sixteen = 0; sixteen < piece.ends.size(); ++sixteen) {
-        SlopedLight* const to = &of_points[(4 * kTilesAPiece * n + kBlock * sixteen) * count];
+        PointLights sums[3]{};
         for (; share < piece.ends[sixteen]; ++share) {
-          add_share(piece.shares[share], of_samples.data(), count, to);
+          add_share(piece.shares[share], of_samples.data(), count, sums);
+        }
+        const std::size_t begin = 4 * kTilesAPiece * n + kBlock * sixteen;
+        for (std::size_t at = 0; at < kBlock && begin + at < 4 * buffer.hits.size(); ++at) {
+          for (std::size_t c = 0; c < count; ++c) {
+            const auto& [mean, x, y, z] = sums[c];
+            of_points[(begin + at) * count + c] = {mean[at], {x[at], y[at], z[at]}};
+          }
         }
       }
     }
   });
   parallel_for(buffer.hits.size(), kTilesAPiece, [&](std::size_t first, std::size_t last) {
     for (std::size_t tile = first; tile < last; ++tile) {
-      spread_->light(buffer, tile, of_points.data(), channels);
+      spread_->light(buffer, tile, of_points.data(), channels.first(count));
+      for (std::size_t c = count; c < channels.size(); ++c) {
+        const std::size_t place = SurfaceBuffer::kTilePixels * tile;
+        std::copy_n(channels[0] + place, SurfaceBuffer::kTilePixels, channels[c] + place);
+      }
     }
   });
 }

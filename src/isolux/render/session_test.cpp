@@ -179,6 +179,40 @@ TEST_F(SessionTest, after_any_two_changes_in_any_order_the_picture_is_that_of_a_
   }
 }
 
+TEST_F(SessionTest, what_moving_frames_have_sketched_is_not_seen_in_the_settled_picture) {
+  document_["surface"] = {{{"iso", 0.5}}};
+  document_["shadows"] = "on";
+  document_["indirect"] = "transport";
+  document_["light"] = {{{"kind", "point"}, {"at", {3, 2, 1}}}};
+  document_["camera"] = {{"eye", {0, 4, 0}}, {"target", {0, -10, 0}}, {"up", {0, 0, 1}}};
+  const auto expect_as_new = [&] {
+    const Scene now = scene();
+    Session alone;
+    EXPECT_EQ(session_.indirect(now).pixels.g, alone.indirect(now).pixels.g);
+    EXPECT_EQ(session_.indirect(now).sky, alone.indirect(now).sky);
+    EXPECT_EQ(session_.picture(now).rgb, alone.picture(now).rgb);
+  };
+  for (const bool has_patience : {true, false}) {
+    const auto move = [&] { session_.indirect(scene(), {}, [&] { return !has_patience; }); };
+    for (int step = 1; step < 4; ++step) {
+      document_["camera"]["target"] = {3 * step, -10, step};
+      move();
+    }
+    expect_as_new();
+    document_["light"][0]["at"] = {-4, 2, has_patience ? 3 : 2};
+    move();
+    expect_as_new();
+    document_["camera"]["target"] = {-5, -10, has_patience ? 2 : 4};
+    move();
+    document_["light"][0]["color"] = {1, 0.5, 0.2};
+    move();
+    document_["bounces"] = has_patience ? 3 : 1;
+    move();
+    document_["light"][0].erase("color");
+    expect_as_new();
+  }
+}
+
 TEST_F(SessionTest, the_rasteriser_has_indirect_light_as_rays_have_also_when_it_comes_later) {
   // Inside a sphere of albedo 0.8 with a lamp near its middle: some 0.8 comes from all round.
   document_["surface"] = {{{"iso", 0.5}}};

@@ -10,8 +10,10 @@
 #include "isolux/mesh/extract_isosurface.h"
 #include "isolux/render/cosine_direction.h"
 #include "isolux/render/gathered_light.h"
+#include "isolux/render/light_spread.h"
 #include "isolux/render/path_tracer.h"
 #include "isolux/render/ray_caster.h"
+#include "isolux/render/site_weights.h"
 #include "isolux/render/test_scenes.h"
 #include "isolux/volume/analytic_volume.h"
 #include "isolux/volume/phantom.h"
@@ -390,6 +392,117 @@ TEST(Transport, lanes_sum_links_as_plain_code_does) {
       EXPECT_EQ(lanes.along, plain.along) << count;
     }
   }
+}
+
+TEST(Transport, lanes_weigh_samples_as_plain_code_does) {
+  const Scene scene = head_scene({kLampA});
+  const RayCaster caster(scene);
+  const SurfaceSamples samples(caster.surfaces(), 1);
+  BlendPoints points;
+  points.mask = 0x7FFF;  // the last is not asked for
+  points.origin = as_double(samples.sites()[1000].in_blocks);
+  std::vector<std::uint32_t> which;
+  for (std::uint32_t n = 800; n < 1200; ++n) which.push_back(n);
+  for (std::size_t n = 0; n < BlendPoints::kCount; ++n) {
+    const SampleSite& site = samples.sites()[995 + n];
+    const Vec3 at = as_double(site.in_blocks) - points.origin + Vec3{0.3, -0.2, 0.1};
+    const Vec3 normal = normalize(as_double(site.normal) + Vec3{0.1, 0.2, 0});
+    const Vec3f position = as_float(at), turned = as_float(normal);
+    points.x[n] = position.x, points.y[n] = position.y, points.z[n] = position.z;
+    points.normal_x[n] = points.across_x[n] = turned.x;
+    points.normal_y[n] = points.across_y[n] = turned.y;
+    points.normal_z[n] = points.across_z[n] = turned.z;
+  }
+  std::vector<SiteWeights> lanes, plain;
+  weigh_sites(points, samples.sites().data(), which, lanes);
+  weigh_sites_plainly(points, samples.sites().data(), which, plain);
+  ASSERT_EQ(lanes.size(), plain.size());
+  EXPECT_GT(lanes.size(), 15);
+  for (std::size_t n = 0; n < lanes.size(); ++n) {
+    EXPECT_EQ(lanes[n].which, plain[n].which);
+    EXPECT_EQ(lanes[n].lanes & 0x8000, 0);
+    for (std::size_t lane = 0; lane < 15; ++lane) {
+      EXPECT_NEAR(lanes[n].weight[lane], plain[n].weight[lane], 1e-5);
+    }
+  }
+}
+
+TEST(Transport, lanes_spread_light_as_plain_code_does) {
+  for (const char* projection : {"perspective", "orthographic"}) {
+    json settings = settings_of({{"iso", 300}}, {kLampA}, 2);
+    settings["camera"] = {
+        {"eye", {20, -400, 90}}, {"target", {0, 0, 10}}, {"fov", 32}, {"projection", projection}};
+    if (projection == std::string("orthographic")) {
+      settings["camera"].erase("fov");
+      settings["camera"]["height"] = 220;
+    }
+    const Scene scene = scene_of({volume(head_phantom(48))}, settings);
+    const RayCaster caster(scene);
+    const SurfaceBuffer buffer = caster.cast(*scene.camera);
+    RayFan fan = scene.camera->fan();
+    fan.origin.first = fan.origin.first - scene.camera->eye();
+    const auto place = static_cast<std::size_t>(buffer.at(24, 24)) / 16 * 16;
+    SlopedLight lights[2][3];
+    LightSpread::Point points[2];
+    SpreadBlock block{place, 24, 24, 2, {&points[0], &points[1]}, {lights[0], lights[1]}};
+    for (int p = 0; p < 2; ++p) {
+      const int x = 25 + 2 * p, y = 26;
+      const SurfaceSample sample = buffer.sample(buffer.at(x, y));
+      ASSERT_TRUE(sample.is_hit());
+      const Vec3 position = scene.camera->ray(x, y).at(sample.depth_mm) - scene.camera->eye();
+      points[p] = {sample.surface,     static_cast<float>(x),     static_cast<float>(y),
+                   as_float(position), as_float(sample.normal()), 0.01f};
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto value = static_cast<float>(p + 1) + 0.3f * static_cast<float>(c);
+        lights[p][c] = {value, {0.1f * value, 0.2f, -0.1f}};
+      }
+    }
+    std::vector<float> lanes[3], plain[3];
+    for (auto* of : {lanes, plain}) {
+      for (int c = 0; c < 3; ++c) of[c].resize(buffer.pixels());
+    }
+    float* const to_lanes[] = {lanes[0].data(), lanes[1].data(), lanes[2].data()};
+    float* const to_plain[] = {plain[0].data(), plain[1].data(), plain[2].data()};
+    spread_light(block, buffer, fan, scene.camera->is_orthographic(), to_lanes);
+    spread_light_plainly(block, buffer, fan, scene.camera->is_orthographic(), to_plain);
+    for (int c = 0; c < 3; ++c) {
+      for (std::size_t n = place; n < place + 16; ++n) {
+        EXPECT_NEAR(lanes[c][n], plain[c][n], 1e-3);
+        EXPECT_GT(lanes[c][n], 0.5);
+      }
+    }
+  }
+}
+
+TEST(Transport, a_sketch_is_even_where_light_is_even_and_near_the_whole_elsewhere) {
+  // Inside a cavity of albedo rho with a lamp in its middle E is rho + rho^2 all over.
+  constexpr double kAlbedo = 0.7;
+  for (const auto& [input, surface] : spheres(kAlbedo)) {
+    json inside = settings_of(surface, {kPointInTheMiddle}, 2);
+    inside["camera"] = {{"eye", {0, 0, 0}}, {"target", {1, 2, 1}}, {"fov", 90}};
+    Lit lit(scene_of({input}, inside));
+    lit.transport.see(lit.scene, lit.buffer, PixelBlend::Detail::kSketch);
+    EXPECT_FALSE(lit.transport.refine(lit.scene.bounces));
+    lit.light(lit.scene);
+    constexpr double kExpected = kAlbedo + kAlbedo * kAlbedo;
+    each_hit(lit.buffer, [&](std::size_t place) {
+      EXPECT_NEAR(lit.indirect.pixels.at(place).g, kExpected, 0.02 * kExpected);
+    });
+  }
+  // On a head by the same links, seen from so near that a block of pixels is about one of samples:
+  // what changes within one is lost.
+  json settings = settings_of({{"iso", 300}}, {kLampA, kLampB}, 3);
+  settings["camera"] = {{"eye", {20, -400, 90}}, {"target", {0, 0, 10}}, {"fov", 7}};
+  Lit lit(scene_of({volume(head_phantom(48))}, settings));
+  const Indirect whole = lit.indirect;
+  lit.transport.see(lit.scene, lit.buffer, PixelBlend::Detail::kSketch);
+  lit.light(lit.scene);
+  double mean = 0, off = 0;
+  each_hit(lit.buffer, [&](std::size_t place) {
+    mean += whole.pixels.at(place).g;
+    off += std::fabs(lit.indirect.pixels.at(place).g - whole.pixels.at(place).g);
+  });
+  EXPECT_LT(off, 0.1 * mean);
 }
 
 TEST(Transport, a_lamp_moved_by_little_changes_no_pixel_by_more) {
