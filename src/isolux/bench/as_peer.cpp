@@ -89,6 +89,13 @@ class OwnPeer {
     return {};
   }
 
+  std::string paths(std::istringstream& words) {
+    int spp = 0, bounces = 0;
+    words >> spp >> bounces;
+    renderer().set_paths(spp, bounces);
+    return {};
+  }
+
   std::string frame(std::istringstream& words) {
     View view;
     view.eye = read_vec3(words);
@@ -146,6 +153,7 @@ void answer_as_peer(const std::string& name) {
                          {"iso", answering(&OwnPeer::iso)},
                          {"lamp", answering(&OwnPeer::lamp)},
                          {"headlight", answering(&OwnPeer::headlight)},
+                         {"paths", answering(&OwnPeer::paths)},
                          {"frame", answering(&OwnPeer::frame)},
                          {"rays", answering(&OwnPeer::rays)},
                          {"shadows", answering(&OwnPeer::shadows)},
