@@ -7,7 +7,7 @@ From the middle of the braincase six views see all of its inside. Of the pixels 
 itself and that see nearly no sky it lists the ten brightest by transport, by the path tracer, and
 from where `isolux explain` finds their light to come; and the blocks of 8 x 8 pixels in which
 transport brings most more than paths do, which finds leaks that are not the brightest. --write
-puts the tables into docs/decisions/0038-proof-of-transport.md. Standard library only; ten minutes.
+puts the tables into docs/decisions/0038-proof-of-transport.md. Standard library only; some minutes.
 """
 
 import argparse
@@ -108,10 +108,10 @@ def bright_rows(looks, spp):
         one, other = (look.explained(x, y, spp, seed) for seed in (1, 2))
         paths = [e["indirect"][1] for e in (one, other)]
         mean, noise = sum(paths) / 2, abs(paths[0] - paths[1]) / 2
+        more = f"{light / mean - 1:+.0%}".replace("%", " %") if mean > 0 else "all of it"
         share, places = told_senders(one)
         yield (f"| {look.lamp} | {look.view} {x}, {y} | {place(one['position'])} | {light:.4f} | "
-               f"{mean:.4f} ± {noise:.4f} | {light / mean - 1:+.0%} | {share} | {places} |\n"
-               .replace("% |", " % |").replace("  %", " %"))
+               f"{mean:.4f} ± {noise:.4f} | {more} | {share} | {places} |\n")
 
 
 def blocks(looks):
@@ -154,14 +154,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--isolux", default=str(DOCS.parent / "build/release/isolux"),
                         help="the program (default: %(default)s)")
-    parser.add_argument("--size", type=int, default=192, help="pixels a side (%(default)s)")
-    parser.add_argument("--spp", type=int, default=128,
+    parser.add_argument("--size", type=int, default=128, help="pixels a side (%(default)s)")
+    parser.add_argument("--spp", type=int, default=64,
                         help="paths a pixel; of those listed 256 times as many (%(default)s)")
     parser.add_argument("--write", action="store_true", help="write them into the decision")
     arguments = parser.parse_args()
     whole = ["| lamp | pixels | mean by paths | by transport | bias | mean difference of blocks | "
              "paths' noise |\n", "| --- | ---: | ---: | ---: | ---: | ---: | ---: |\n"]
-    bright = ["| lamp | pixel | at, mm | transport | paths | | first bounce | who sends it |\n",
+    bright = ["| lamp | pixel | at, mm | transport | paths | more | first bounce | who sends it |\n",
               "| --- | --- | --- | ---: | ---: | ---: | ---: | --- |\n"]
     excess = ["| lamp | block | at, mm | transport | paths | more |\n",
               "| --- | --- | --- | ---: | ---: | ---: |\n"]
