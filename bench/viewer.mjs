@@ -1,6 +1,7 @@
 // How long it takes in the viewer from a slider's event to the painted frame, in a headless
 // Chromium on this machine, and what of that is the server's: see bench/README.md.
 import { loadavg } from 'node:os';
+import { quantile } from './quantile.mjs';
 import { openSocket } from '../tests/web/socket.mjs';
 import { closeBrowser, openBrowser, openPage, settled, startViewer } from '../tests/web/viewer.mjs';
 
@@ -11,8 +12,6 @@ const effects = {
   'lamp, shadows': { shadows: 'on' },
   'lamp, shadows, transport': { shadows: 'on', indirect: 'transport' },
 };
-const sorted = (list) => [...list].sort((a, b) => a - b);
-const quantile = (list, share) => sorted(list)[Math.floor(share * (list.length - 1))] ?? NaN;
 
 /** What the server says that frames took while the lamp moves, in ms: of 1024 x 1024 pixels, or of
  * as many as it found time for. */

@@ -20,21 +20,11 @@ sys.dont_write_bytecode = True
 DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent / "tests/cli"))
 from flip import flip  # noqa: E402
+from indirect_scenes import BOX, scenes  # noqa: E402
 from page_table import write_table  # noqa: E402
 from pictures import read_png  # noqa: E402
 
 BEGIN, END = "<!-- table: docs/denoise_table.py --write -->\n", "<!-- end of FLIP -->\n"
-BOX = DOCS.parent / "../shared/data/meshes/cornell_box.obj"
-
-
-def scenes(box):
-    """Words of `isolux render` by name."""
-    return {
-        "skull": ["--surface", "iso=300", "--light", "point,at=-120:-560:260", "--camera",
-                  "eye=-60:-620:190,target=118:-140:80,fov=24"],
-        "Cornell box": [str(box), "--light", "point,at=278:500:279", "--exposure", "0.5",
-                        "--camera", "eye=278:273:-800,target=278:273:0,up=0:1:0,fov=39.3"],
-    }
 
 
 def drawn(isolux, path, size, words):

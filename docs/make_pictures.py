@@ -12,7 +12,8 @@ last command before it prints.
     python3 docs/make_pictures.py --volumes DIR                 writes the volumes alone
 
 What needs the CT scan (an isolux command without an input) is skipped, and named, where the scan
-is not on this machine. Standard library only.
+is not on this machine; a script says itself, by the exit status 77, that it lacks something.
+Standard library only.
 """
 
 import argparse
@@ -176,7 +177,8 @@ def run(command, isolux, folder):
     if command.words[0] == "isolux":
         words = [isolux, *command.words[1:]]
     else:
-        words = [sys.executable, str(DOCS.parent / command.words[1]), "--isolux", isolux]
+        script, *more = command.words[1:]
+        words = [sys.executable, str(DOCS.parent / script), "--isolux", isolux, *more]
     done = subprocess.run(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                           text=True)
     if done.returncode == 77:
@@ -260,7 +262,7 @@ def main():
                for picture in sorted(kept - listed)]
 
     for picture in skipped:
-        print(f"skipped, for the CT scan is not on this machine: {picture}")
+        print(f"skipped, for its scan or mesh is not on this machine: {picture}")
     for fault in faults:
         print(f"differs: {fault}")
     print(f"{len(made)} pictures made, {len(skipped)} commands skipped, {len(faults)} faults")

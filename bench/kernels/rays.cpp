@@ -11,7 +11,7 @@ void first_hit_of_incoherent_rays(benchmark::State& state) {
   const OwnRenderer& head = head_of(static_cast<int>(state.range(0)));
   const LooseRays tracer(head.scene().surfaces[0]);
   const std::vector<Ray> rays = cosine_rays(*head.scene().camera, head.surfaces());
-  for (auto turn : state) benchmark::DoNotOptimize(tracer.count_hits(rays, RayQuery::kNearest));
+  for (auto turn : state) benchmark::DoNotOptimize(tracer.count_hits(rays));
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(rays.size()));
 }
 BENCHMARK(first_hit_of_incoherent_rays)

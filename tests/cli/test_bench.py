@@ -2,9 +2,11 @@
 
 import json
 import struct
+import subprocess
+import sys
 import unittest
 
-from isolux import PROGRAM, USAGE, WORK, TestCase
+from isolux import PROGRAM, ROOT, USAGE, WORK, TestCase
 from pictures import BLOB_DIMS, blob, grid
 
 MESH_WORKS = ["mesh tree", "mesh frame, raycast", "mesh frame, raster", "incoherent rays on mesh",
@@ -196,6 +198,14 @@ class AsPeer(TestCase):
                                "volume none 2 2 2 1 1 1")
         self.assertEqual([a.split()[0] for a in answers],
                          ["error"] * 4 + ["ok", "error"])
+
+
+class Cycles(TestCase):
+    def test_without_blender_it_says_what_is_missing_and_how_to_get_it(self):
+        done = subprocess.run([sys.executable, ROOT / "bench/cycles.py", "--blender",
+                               self.folder / "none"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"^bench/cycles.py: .*/none: is not installed; apt-get .*\n$")
 
 
 if __name__ == "__main__":

@@ -47,7 +47,8 @@ export function masked(payload, opcode = 1) {
   return Buffer.concat([Buffer.from([...head, 0, 0, 0, 0]), body]);
 }
 
-/** A page's conversation: messages as objects, frames as their headers with type "frame". */
+/** A page's conversation: messages as objects, frames as their headers with type "frame"
+ * and the bytes of their pictures. */
 export async function openSocket(viewer) {
   const { socket } = await ask(viewer, '/socket', upgrade(viewer));
   socket.on('error', () => {});
@@ -70,7 +71,10 @@ export async function openSocket(viewer) {
     const body = bytes.subarray(head, head + length);
     bytes = bytes.subarray(head + length);
     if (opcode === 1) return JSON.parse(body.toString());
-    if (opcode === 2) return { ...JSON.parse(body.subarray(4, 4 + body.readUInt32LE(0)).toString()), type: 'frame' };
+    if (opcode === 2) {
+      const pictures = 4 + body.readUInt32LE(0);
+      return { ...JSON.parse(body.subarray(4, pictures).toString()), type: 'frame', pictures: body.subarray(pictures) };
+    }
     return { type: 'control' };
   };
   const page = {

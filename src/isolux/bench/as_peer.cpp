@@ -58,6 +58,7 @@ class OwnPeer {
     } else {
       renderer_.emplace(bench_scene(volume_, value, width_, height_));
     }
+    tracer_.reset();
     return to_text(milliseconds([&] { renderer_->prepare(); }));
   }
 
@@ -66,6 +67,7 @@ class OwnPeer {
     words >> path;
     const auto mesh = mesh_from_peer(read_peer_mesh(path));
     renderer_.emplace(bench_scene(mesh, width_, height_));
+    tracer_.reset();
     return to_text(milliseconds([&] { renderer_->prepare(); }));
   }
 
@@ -89,6 +91,13 @@ class OwnPeer {
     return {};
   }
 
+  std::string paths(std::istringstream& words) {
+    int spp = 0, bounces = 0;
+    words >> spp >> bounces;
+    renderer().set_paths(spp, bounces);
+    return {};
+  }
+
   std::string frame(std::istringstream& words) {
     View view;
     view.eye = read_vec3(words);
@@ -101,8 +110,8 @@ class OwnPeer {
            std::to_string(checksum_of(rgb.data(), rgb.size()));
   }
 
-  std::string rays(std::istringstream& words) { return traced(words, RayQuery::kNearest); }
-  std::string shadows(std::istringstream& words) { return traced(words, RayQuery::kAny); }
+  std::string rays(std::istringstream& words) { return traced(words, false); }
+  std::string shadows(std::istringstream& words) { return traced(words, true); }
 
   std::string picture(std::istringstream& words) {
     std::string path;
@@ -113,13 +122,18 @@ class OwnPeer {
   }
 
  private:
-  std::string traced(std::istringstream& words, RayQuery query) {
+  std::string traced(std::istringstream& words, bool to_lamp) {
     std::string path;
     words >> path;
     const std::vector<Ray> rays = read_rays(path);
-    const LooseRays tracer(renderer().scene().surfaces[0]);
+    std::optional<Vec3> lamp;
+    if (to_lamp) lamp = read_vec3(words);
+    if (!tracer_) {
+      tracer_.emplace(renderer().scene().surfaces[0]);
+      for (int n = 0; n < 2; ++n) tracer_->count_hits(rays, lamp);  // makes what is made once
+    }
     std::size_t hits = 0;
-    const double ms = milliseconds([&] { hits = tracer.count_hits(rays, query); });
+    const double ms = milliseconds([&] { hits = tracer_->count_hits(rays, lamp); });
     return to_text(ms) + " " + std::to_string(hits);
   }
 
@@ -132,6 +146,7 @@ class OwnPeer {
   int height_ = 1024;
   std::shared_ptr<const Volume> volume_;
   std::optional<OwnRenderer> renderer_;
+  std::optional<LooseRays> tracer_;
 };
 
 }  // namespace
@@ -146,6 +161,7 @@ void answer_as_peer(const std::string& name) {
                          {"iso", answering(&OwnPeer::iso)},
                          {"lamp", answering(&OwnPeer::lamp)},
                          {"headlight", answering(&OwnPeer::headlight)},
+                         {"paths", answering(&OwnPeer::paths)},
                          {"frame", answering(&OwnPeer::frame)},
                          {"rays", answering(&OwnPeer::rays)},
                          {"shadows", answering(&OwnPeer::shadows)},

@@ -62,17 +62,16 @@ Work Contest::view_work(const std::string& name, OwnRenderer& renderer, const Vi
 }
 
 Work Contest::ray_work(const std::string& name, const OwnRenderer& renderer,
-                       const std::vector<Ray>& rays, RayQuery query,
+                       const std::vector<Ray>& rays, const std::optional<Vec3>& lamp,
                        const TakesPart& takes_part) const {
-  const std::string request = query == RayQuery::kNearest ? "rays" : "shadows";
-  const std::string file = scratch_.path() + "/" + request;
+  const std::string file = scratch_.path() + "/rays";
   write_rays(file, rays);
-  Work work = rays_work(name, renderer, read_rays(file), query, few_turns());
+  const std::string request = lamp ? "shadows " + file + " " + words(*lamp) : "rays " + file;
+  Work work = rays_work(name, renderer, read_rays(file), lamp, few_turns());
   for (Rival& rival : rivals_.all()) {
     if (!rival.traces_rays || !takes_part(rival)) continue;
     Peer& peer = *rival.peer;
-    work.others.push_back(
-        {peer.name(), [&peer, line = request + " " + file](int) { return peer.ask_ms(line); }});
+    work.others.push_back({peer.name(), [&peer, request](int) { return peer.ask_ms(request); }});
   }
   return work;
 }

@@ -39,9 +39,9 @@ class Contest {
   /// Whole frames.
   Work view_work(const std::string& name, OwnRenderer& renderer, const ViewOfTurn& view_of,
                  int turns, const TakesPart& takes_part) const;
-  /// Rays of no picture; what is asked of them is the rivals' request `rays` or `shadows`.
+  /// Rays of no picture, as LooseRays counts them; the rivals' request is `rays` or `shadows`.
   Work ray_work(const std::string& name, const OwnRenderer& renderer, const std::vector<Ray>& rays,
-                RayQuery query, const TakesPart& takes_part) const;
+                const std::optional<Vec3>& lamp, const TakesPart& takes_part) const;
 
   Measurement measured(const Work& work) const;
 

@@ -57,11 +57,11 @@ LooseRays::LooseRays(const SurfaceItem& surface) {
   lanes_.emplace(IsoSurface(surface.volume, bricks, surface.iso), *bricks);
 }
 
-std::size_t LooseRays::count_hits(const std::vector<Ray>& rays, RayQuery query) const {
+std::size_t LooseRays::count_hits(const std::vector<Ray>& rays,
+                                  const std::optional<Vec3>& lamp) const {
+  if (lamp && tree_) return count_hidden(rays, *lamp);
   return count_met(rays, surface_from_world_, [&](const RayLanes& lanes, std::uint32_t wanted) {
-    if (query == RayQuery::kAny) {
-      return tree_ ? tree_->occluded(lanes, wanted) : lanes_->occluded(lanes, wanted);
-    }
+    if (lamp) return lanes_->occluded(lanes, wanted);
     if (tree_) {
       MeshHitLanes hits;
       tree_->first_hits(lanes, wanted, hits);
@@ -71,6 +71,30 @@ std::size_t LooseRays::count_hits(const std::vector<Ray>& rays, RayQuery query) 
     lanes_->first_hits(lanes, wanted, hits);
     return hits.hit;
   });
+}
+
+std::size_t LooseRays::count_hidden(const std::vector<Ray>& rays, Vec3 lamp) const {
+  constexpr std::size_t kLanes = ShadowPacket::kCount;
+  std::vector<ShadowPacket> packets((rays.size() + kLanes - 1) / kLanes);
+  parallel_for(packets.size(), 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      ShadowPacket& packet = packets[p];
+      const std::size_t count = std::min(kLanes, rays.size() - kLanes * p);
+      packet.lanes = (1u << count) - 1;
+      for (std::size_t n = 0; n < kLanes; ++n) {
+        const Vec3& origin = rays[kLanes * p + std::min(n, count - 1)].origin;
+        for (int axis = 0; axis < 3; ++axis) packet.origin[axis][n] = origin[axis];
+        packet.begin[n] = 0;
+        packet.own[n] = ShadowPacket::kNone;
+      }
+    }
+  });
+  tree_->find_shadows({lamp}, packets);
+  std::size_t hidden = 0;
+  for (const ShadowPacket& packet : packets) {
+    hidden += static_cast<std::size_t>(std::popcount(packet.far));
+  }
+  return hidden;
 }
 
 }  // namespace isolux

@@ -11,19 +11,19 @@
 
 namespace isolux {
 
-/// What is asked of a ray: where it first meets the surface, or whether it does.
-enum class RayQuery { kNearest, kAny };
-
 /// An isosurface or a mesh for rays that belong to no picture.
 class LooseRays {
  public:
   explicit LooseRays(const SurfaceItem& surface);
 
-  /// How many of the rays (in world space) meet the surface; those that follow each other go
-  /// together, on all threads.
-  std::size_t count_hits(const std::vector<Ray>& rays, RayQuery query) const;
+  /// How many of the rays (in world space) meet the surface. With a lamp, to which they all run, it
+  /// is only asked whether they do, and not where first. Those that follow each other go together,
+  /// on all threads.
+  std::size_t count_hits(const std::vector<Ray>& rays, const std::optional<Vec3>& lamp = {}) const;
 
  private:
+  std::size_t count_hidden(const std::vector<Ray>& rays, Vec3 lamp) const;
+
   std::optional<Affine> surface_from_world_;
   std::optional<IsoLanes> lanes_;    ///< of an isosurface
   std::optional<MeshSurface> tree_;  ///< of a mesh

@@ -1,6 +1,7 @@
 #include "isolux/bench/own_renderer.h"
 
 #include "isolux/mesh/mesh_box.h"
+#include "isolux/render/path_tracer.h"
 #include "isolux/scene/description.h"
 
 namespace isolux {
@@ -47,6 +48,13 @@ void OwnRenderer::set_lamp(std::optional<Vec3> at) {
   lamp.place = *at;
 }
 
+void OwnRenderer::set_paths(int spp, int bounces) {
+  scene_.shadows = true;
+  scene_.indirect = IndirectMethod::kPath;
+  scene_.spp = spp;
+  scene_.bounces = bounces;
+}
+
 void OwnRenderer::prepare() { caster_ = RayCaster(scene_, caster_ ? &*caster_ : nullptr); }
 
 void OwnRenderer::trace() {
@@ -56,7 +64,14 @@ void OwnRenderer::trace() {
 
 void OwnRenderer::relight() {
   cast_shadows(scene_, caster_->surfaces(), *buffer_, shadows_);
-  picture_.relight(scene_, *buffer_, shadows_);
+  picture_.relight(scene_, *buffer_, shadows_, followed_paths());
+}
+
+Indirect OwnRenderer::followed_paths() const {
+  if (scene_.indirect == IndirectMethod::kOff) return {};
+  PathTracer tracer(scene_, caster_->surfaces());
+  tracer.run(*buffer_);
+  return tracer.indirect(*buffer_);
 }
 
 void OwnRenderer::redisplay() { picture_.redisplay(scene_, *buffer_); }

@@ -5,6 +5,7 @@
 
 #include "isolux/bench/framing.h"
 #include "isolux/image/picture.h"
+#include "isolux/render/indirect.h"
 #include "isolux/render/ray_caster.h"
 #include "isolux/render/relight.h"
 #include "isolux/render/surface_buffer.h"
@@ -27,12 +28,14 @@ class OwnRenderer {
   void set_visibility(Visibility visibility) { scene_.visibility = visibility; }
   /// The first light becomes a point light of intensity 1 at `at`; nothing: a headlight.
   void set_lamp(std::optional<Vec3> at);
+  /// Shadows, and indirect light by so many paths a pixel.
+  void set_paths(int spp, int bounces);
 
   // Steps, in their order.
   /// What the iso value needs; the min-max bricks of the volume are made at the first call alone.
   void prepare();
   void trace();
-  /// Shadows, if they are on; lighting and display, which go in one pass.
+  /// Shadows and paths, if they are on; lighting and display, which go in one pass.
   void relight();
   /// Display alone, of what has been lit.
   void redisplay();
@@ -44,6 +47,8 @@ class OwnRenderer {
   std::size_t hit_pixels() const;
 
  private:
+  Indirect followed_paths() const;
+
   Scene scene_;
   std::optional<RayCaster> caster_;
   std::optional<SurfaceBuffer> buffer_;

@@ -27,6 +27,18 @@ TEST(OwnRenderer, AFrameHasTheBytesOfASessionsPicture) {
   EXPECT_EQ(timed.picture().rgb, Session().picture(timed.scene()).rgb);
 }
 
+TEST(OwnRenderer, AFrameOfPathsHasTheBytesOfASessionsPicture) {
+  OwnRenderer timed = ball(0.5);
+  timed.prepare();
+  timed.frame();
+  const auto direct = timed.picture().rgb;
+  timed.set_lamp(Vec3{-100, -200, 300});
+  timed.set_paths(3, 2);
+  timed.frame();
+  EXPECT_EQ(timed.picture().rgb, Session().picture(timed.scene()).rgb);
+  EXPECT_NE(timed.picture().rgb, direct);
+}
+
 TEST(OwnRenderer, TheHeadlightFollowsTheEyeAndComesBackAfterALamp) {
   OwnRenderer renderer = ball(0.5);
   const View elsewhere{{200, 30, 10}, {0, 0, 0}, 30};

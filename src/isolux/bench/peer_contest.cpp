@@ -87,13 +87,13 @@ class MeshSubject {
     renderers_.raycast.frame();
     const Camera& camera = *renderers_.raycast.scene().camera;
     const SurfaceBuffer& surfaces = renderers_.raycast.surfaces();
-    to.push_back(contest_.measured(contest_.ray_work("incoherent rays on mesh", renderers_.raycast,
-                                                     cosine_rays(camera, surfaces),
-                                                     RayQuery::kNearest, traces_meshes)));
+    to.push_back(
+        contest_.measured(contest_.ray_work("incoherent rays on mesh", renderers_.raycast,
+                                            cosine_rays(camera, surfaces), {}, traces_meshes)));
     const Vec3 lamp = lamp_of_turn(renderers_.raycast.scene(), 0);
     to.push_back(contest_.measured(contest_.ray_work("shadow rays on mesh", renderers_.raycast,
-                                                     shadow_rays(camera, surfaces, lamp),
-                                                     RayQuery::kAny, traces_meshes)));
+                                                     shadow_rays(camera, surfaces, lamp), lamp,
+                                                     traces_meshes)));
   }
 
  private:
@@ -162,11 +162,10 @@ class Subject {
     const auto all = [](const Rival&) { return true; };
     const Camera& camera = *renderer_.scene().camera;
     add(contest_.ray_work("incoherent rays", renderer_, cosine_rays(camera, renderer_.surfaces()),
-                          RayQuery::kNearest, all));
-    add(contest_.ray_work(
-        "shadow rays", renderer_,
-        shadow_rays(camera, renderer_.surfaces(), lamp_of_turn(renderer_.scene(), 0)),
-        RayQuery::kAny, all));
+                          {}, all));
+    const Vec3 lamp = lamp_of_turn(renderer_.scene(), 0);
+    add(contest_.ray_work("shadow rays", renderer_, shadow_rays(camera, renderer_.surfaces(), lamp),
+                          lamp, all));
     add(lamps_work(few));
     put_lamps_out();
     add(isos_work(few));

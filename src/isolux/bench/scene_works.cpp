@@ -99,25 +99,23 @@ Work first_picture_work(OwnRenderer& renderer, int turns) {
 }
 
 Work rays_work(const std::string& name, const OwnRenderer& renderer, std::vector<Ray> rays,
-               RayQuery query, int turns) {
+               const std::optional<Vec3>& lamp, int turns) {
   const double count = static_cast<double>(rays.size());
   const auto kept = std::make_shared<const std::vector<Ray>>(std::move(rays));
   const auto tracer = std::make_shared<const LooseRays>(renderer.scene().surfaces[0]);
   return {.name = name,
           .turns = turns,
           .ms = [tracer, kept,
-                 query](int) { return milliseconds([&] { tracer->count_hits(*kept, query); }); },
+                 lamp](int) { return milliseconds([&] { tracer->count_hits(*kept, lamp); }); },
           .rays = count};
 }
 
 std::vector<Work> ray_works(const OwnRenderer& renderer, int turns) {
   const Camera& camera = *renderer.scene().camera;
   const SurfaceBuffer& surfaces = renderer.surfaces();
-  return {rays_work("incoherent rays", renderer, cosine_rays(camera, surfaces), RayQuery::kNearest,
-                    turns),
-          rays_work("shadow rays", renderer,
-                    shadow_rays(camera, surfaces, lamp_of_turn(renderer.scene(), 0)),
-                    RayQuery::kAny, turns)};
+  const Vec3 lamp = lamp_of_turn(renderer.scene(), 0);
+  return {rays_work("incoherent rays", renderer, cosine_rays(camera, surfaces), {}, turns),
+          rays_work("shadow rays", renderer, shadow_rays(camera, surfaces, lamp), lamp, turns)};
 }
 
 std::vector<Work> scene_works(OwnRenderer& renderer, int turns) {

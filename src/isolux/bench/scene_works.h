@@ -26,7 +26,7 @@ Work iso_work(OwnRenderer& renderer, int turns);
 Work first_picture_work(OwnRenderer& renderer, int turns);
 /// Whether rays of no picture meet the scene's first surface.
 Work rays_work(const std::string& name, const OwnRenderer& renderer, std::vector<Ray> rays,
-               RayQuery query, int turns);
+               const std::optional<Vec3>& lamp, int turns);
 /// Incoherent rays and shadow rays from what the renderer's picture shows.
 std::vector<Work> ray_works(const OwnRenderer& renderer, int turns);
 

@@ -3,9 +3,11 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <mutex>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -27,6 +29,9 @@ constexpr int kPacket = AimedRays::kCount;
 // this share of the radius.
 constexpr double kSlack = 2e-5;
 
+// Drawing looks at every cluster of triangles, so it is for many rays.
+constexpr std::size_t kMostClustersAPacket = 4;
+
 // What the rays of a packet look for, and what they have found; Embree hands it to the functions
 // below, which tell lanes apart by the rays' ids.
 struct Query : RTCIntersectContext {
@@ -37,6 +42,7 @@ struct Query : RTCIntersectContext {
   double t_max[kPacket];
   MeshHit found[kPacket];
   std::uint32_t hit = 0;
+  const std::uint32_t* own = nullptr;  ///< of each lane a triangle that does not occlude; or none
 
   Query(const RayLanes& of, int from, std::uint32_t lanes, const MeshBall& ball)
       : rays(of), first(from) {
@@ -72,7 +78,9 @@ struct Query : RTCIntersectContext {
     hit |= 1u << lane;
     return true;
   }
-  bool is_occluded(unsigned lane, const std::array<Vec3, 3>& corners) const {
+  bool is_occluded(unsigned lane, std::uint32_t triangle,
+                   const std::array<Vec3, 3>& corners) const {
+    if (own && own[lane] == triangle) return false;
     const auto there = triangles(lane).hit(corners);
     return there && there->t > t_min[lane] && there->t < t_max[lane];
   }
@@ -263,7 +271,7 @@ class MeshSurface::Tree {
       const unsigned lane = RTCRayN_id(arguments->ray, arguments->N, n);
       const std::uint32_t triangle =
           tree.triangles_[RTCHitN_primID(arguments->hit, arguments->N, n)];
-      if (!query.is_occluded(lane, tree.corners_of(triangle))) arguments->valid[n] = 0;
+      if (!query.is_occluded(lane, triangle, tree.corners_of(triangle))) arguments->valid[n] = 0;
     }
   }
 
@@ -274,14 +282,30 @@ class MeshSurface::Tree {
   std::vector<std::uint32_t> triangles_;  ///< by Embree's numbers
 };
 
+// Made when they are asked for again: for one picture they would take longer than they spare.
+class MeshSurface::Clusters {
+ public:
+  const std::vector<TriangleCluster>* of(const Mesh& mesh) {
+    if (!was_asked_.exchange(true)) return nullptr;
+    std::call_once(made_, [&] { clusters_ = cluster_triangles(mesh); });
+    return &clusters_;
+  }
+
+ private:
+  std::atomic<bool> was_asked_ = false;
+  std::once_flag made_;
+  std::vector<TriangleCluster> clusters_;
+};
+
 MeshSurface::MeshSurface(std::shared_ptr<const Mesh> mesh)
     : mesh_(std::move(mesh)), box_(box_of(*mesh_)) {
-  constexpr double kBytesOfTriangle = 200;  // its corners here and there, and a share of the tree
+  constexpr double kBytesOfTriangle = 250;  // its corners here and there, and a share of the tree
   check_memory(kBytesOfTriangle * static_cast<double>(mesh_->triangles.size()), "the mesh's tree");
   // Embree builds in a mode that takes the smallest numbers for 0, and TBB hands the mode that it
   // finds at its first use to every loop after it: so that use is here.
   parallel_for(1, 1, [](std::size_t, std::size_t) {});
   tree_ = std::make_unique<Tree>(*mesh_, box_);
+  clusters_ = std::make_unique<Clusters>();
 }
 MeshSurface::~MeshSurface() = default;
 MeshSurface::MeshSurface(MeshSurface&&) noexcept = default;
@@ -326,6 +350,41 @@ std::uint32_t MeshSurface::occluded(const RayLanes& rays, std::uint32_t lanes) c
     hit |= tree_->occluded(query) << first;
   }
   return hit;
+}
+
+void MeshSurface::trace_shadows(const RayTarget& light, ShadowPacket& packet) const {
+  static_assert(kPacket == ShadowPacket::kCount);
+  RayLanes rays{};
+  for (int n = 0; n < ShadowPacket::kCount; ++n) {
+    const Ray ray = light.ray_from({packet.origin[0][n], packet.origin[1][n], packet.origin[2][n]});
+    for (int axis = 0; axis < 3; ++axis) {
+      rays.origin[axis][n] = ray.origin[axis];
+      rays.direction[axis][n] = ray.direction[axis];
+    }
+    rays.begin[n] = packet.begin[n];
+    rays.end[n] = static_cast<float>(light.end());
+  }
+  const auto hidden_among = [&](std::uint32_t lanes) {
+    Query query(rays, 0, lanes, tree_->ball());
+    query.own = packet.own;
+    return tree_->occluded(query);
+  };
+  packet.far = hidden_among(packet.lanes);
+  std::copy_n(rays.begin, ShadowPacket::kCount, rays.end);
+  std::fill_n(rays.begin, ShadowPacket::kCount, 0.0f);
+  packet.near = hidden_among(packet.lanes & ~packet.far);
+}
+
+void MeshSurface::find_shadows(const RayTarget& light, std::span<ShadowPacket> packets) const {
+  const auto view = LightView::of(light, tree_->ball());
+  const std::size_t clusters = mesh_->triangles.size() / TriangleCluster::kCount;
+  if (view && clusters <= kMostClustersAPacket * packets.size()) {
+    const auto* drawn = clusters_->of(*mesh_);
+    if (drawn && draw_shadows(*mesh_, *drawn, light, *view, packets)) return;
+  }
+  parallel_for(packets.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) trace_shadows(light, packets[n]);
+  });
 }
 
 }  // namespace isolux

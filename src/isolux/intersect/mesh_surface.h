@@ -4,9 +4,11 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "isolux/base/ray.h"
 #include "isolux/intersect/iso_lanes.h"
+#include "isolux/intersect/shadow_raster.h"
 #include "isolux/mesh/mesh.h"
 #include "isolux/mesh/mesh_box.h"
 
@@ -50,16 +52,23 @@ class MeshSurface {
   void first_hits(const RayLanes& rays, std::uint32_t lanes, MeshHitLanes& hits) const;
   /// The lanes that hit anything with begin < t < end.
   std::uint32_t occluded(const RayLanes& rays, std::uint32_t lanes) const;
+  /// The same of many rays to one light, by whichever way is quicker: `far` and `near` of each
+  /// packet are set. On all threads.
+  void find_shadows(const RayTarget& light, std::span<ShadowPacket> packets) const;
 
   const Mesh& mesh() const { return *mesh_; }
   const MeshBox& box() const { return box_; }
 
  private:
   class Tree;
+  class Clusters;
+
+  void trace_shadows(const RayTarget& light, ShadowPacket& packet) const;
 
   std::shared_ptr<const Mesh> mesh_;
   MeshBox box_;
   std::unique_ptr<Tree> tree_;
+  std::unique_ptr<Clusters> clusters_;
 };
 
 }  // namespace isolux

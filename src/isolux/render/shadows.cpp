@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "isolux/base/parallel.h"
 #include "isolux/render/crossings.h"
@@ -36,6 +37,51 @@ void set_point(const FurtherPoint& from, int n, PointPacket& to) {
   to.point[n] = from.point;
 }
 
+void hide(std::uint32_t lanes, float (&share)[kLanes]) {
+  for (; lanes != 0; lanes &= lanes - 1) share[std::countr_zero(lanes)] = 0;
+}
+
+// Half a tile's pixels, the lanes of a packet.
+struct Half {
+  std::size_t place;   // of its first pixel
+  std::uint32_t hits;  // lanes
+
+  PointPacket points(const Camera& camera, const SurfaceBuffer& buffer) const {
+    PointPacket points;
+    for (std::uint32_t rest = hits; rest != 0; rest &= rest - 1) {
+      const int n = std::countr_zero(rest);
+      const std::size_t at = place + static_cast<std::size_t>(n);
+      const auto [x, y] = buffer.pixel(at);
+      const SurfaceSample sample = buffer.sample(at);
+      const Ray ray = camera.ray(x, y);
+      points.position[n] = ray.at(sample.depth_mm);
+      points.normal[n] = sample.normal();
+      points.to_eye[n] = -ray.direction;
+      points.came_mm[n] = sample.depth_mm;
+      points.surface[n] = sample.surface;
+      points.point[n] = sample.point;
+    }
+    return points;
+  }
+};
+
+// Those that meet anything.
+std::vector<Half> halves_of(const SurfaceBuffer& buffer) {
+  std::vector<Half> halves;
+  for (std::size_t tile = 0; tile < buffer.hits.size(); ++tile) {
+    for (std::size_t half = 0; half < 2; ++half) {
+      const auto hits = static_cast<std::uint32_t>(buffer.hits[tile] >> (32 * half));
+      if (hits != 0) halves.push_back({64 * tile + 32 * half, hits});
+    }
+  }
+  return halves;
+}
+
+RayTarget target_of(const Light& light) {
+  if (light.kind == Light::Kind::kDirectional) return {normalize(light.place), true};
+  return {light.place};
+}
+
 }  // namespace
 
 std::vector<float> Shadows::of_pixel(std::size_t place) const {
@@ -56,47 +102,97 @@ std::vector<float> Shadows::of_further(std::size_t tile, std::size_t point) cons
 ShadowRays::ShadowRays(const Scene& scene, const SceneSurfaces& surfaces)
     : scene_(scene), surfaces_(surfaces) {}
 
-void ShadowRays::reach(const Light& light, const PointPacket& points, std::uint32_t lanes,
-                       float (&share)[kLanes]) const {
-  RayPacket rays{};
+struct ShadowRays::Rays : RayPacket {
+  std::uint32_t lanes;        // of the points that face the light
   double local_size[kLanes];  // in t
-  double end[kLanes];
-  for (int n = 0; n < kLanes; ++n) {
-    share[n] = 1;
-    rays.set(n, {{}, {1, 0, 0}});
-    if (!(lanes >> n & 1)) continue;
-    const PreparedSurface& own = surfaces_.at(points.surface[n]);
-    const double back = std::min(own.step_mm(), points.came_mm[n] / 2);
-    const ToLight to = towards(light, points.position[n] + back * points.to_eye[n]);
-    const double distance = length(to.ray.direction);
-    if (!(dot(to.ray.direction, points.normal[n]) > -kFloatDoubt * distance)) {
-      lanes &= ~(1u << n);
-      continue;
+  double ends[kLanes];
+
+  Rays(const SceneSurfaces& surfaces, const Light& light, const PointPacket& points,
+       std::uint32_t wanted)
+      : RayPacket{}, lanes(wanted) {
+    for (int n = 0; n < kLanes; ++n) {
+      set(n, {{}, {1, 0, 0}});
+      if (!(lanes >> n & 1)) continue;
+      const PreparedSurface& own = surfaces.at(points.surface[n]);
+      const double back = std::min(own.step_mm(), points.came_mm[n] / 2);
+      const ToLight to = towards(light, points.position[n] + back * points.to_eye[n]);
+      const double distance = length(to.ray.direction);
+      if (!(dot(to.ray.direction, points.normal[n]) > -kFloatDoubt * distance)) {
+        lanes &= ~(1u << n);
+        continue;
+      }
+      set(n, to.ray);
+      ends[n] = to.end;
+      local_size[n] = std::min(own.local_size_mm(points.point[n]) / distance, ends[n]);
     }
-    rays.set(n, to.ray);
-    end[n] = to.end;
-    local_size[n] = std::min(own.local_size_mm(points.point[n]) / distance, end[n]);
   }
+};
+
+bool ShadowRays::is_known(std::size_t surface) const {
+  return surfaces_.all()[surface].tree() && scene_.surfaces[surface].material.opacity == 1;
+}
+
+void ShadowRays::set_packets(const Light& light, const PointPacket& points, std::uint32_t lanes,
+                             std::int32_t number, ShadowPacket* packets) const {
+  const Rays rays(surfaces_, light, points, lanes);
+  for (int first = 0; first < kLanes; first += ShadowPacket::kCount) {
+    ShadowPacket& packet = packets[first / ShadowPacket::kCount];
+    packet.lanes = rays.lanes >> first & 0xffff;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::copy_n(rays.origin[axis] + first, ShadowPacket::kCount, packet.origin[axis]);
+    }
+    for (int n = 0; n < ShadowPacket::kCount; ++n) {
+      const bool is_own = (packet.lanes >> n & 1) && points.surface[first + n] == number;
+      packet.begin[n] = is_own ? static_cast<float>(rays.local_size[first + n]) : 0;
+      packet.own[n] = is_own ? points.point[first + n].triangle : ShadowPacket::kNone;
+    }
+  }
+}
+
+bool ShadowRays::tells_all(std::span<const KnownHits> known, float (&share)[kLanes]) const {
+  if (known.empty()) return false;
+  std::ranges::fill(share, 1.0f);
+  for (std::size_t s = 0; s < known.size(); ++s) {
+    if (!is_known(s) || known[s].near != 0) return false;
+    hide(known[s].far, share);
+  }
+  return true;
+}
+
+void ShadowRays::reach(const Light& light, const PointPacket& points, std::uint32_t lanes,
+                       float (&share)[kLanes], std::span<const KnownHits> known) const {
+  std::ranges::fill(share, 1.0f);
+  Rays rays(surfaces_, light, points, lanes);
+  lanes = rays.lanes;
   for (std::size_t s = 0; s < surfaces_.all().size() && lanes != 0; ++s) {
     const auto number = static_cast<std::int32_t>(s);
+    const double opacity = scene_.surfaces[s].material.opacity;
+    const bool is_known_here = !known.empty() && is_known(s);
     std::uint32_t near = 0, far = 0;
     for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
       const bool is_own = points.surface[n] == number;
-      rays.begin[n] = is_own ? static_cast<float>(local_size[n]) : 0;
-      rays.end[n] = static_cast<float>(end[n]);
+      rays.begin[n] = is_own ? static_cast<float>(rays.local_size[n]) : 0;
+      rays.end[n] = static_cast<float>(rays.ends[n]);
       if (is_own) near |= 1u << n;
       if (rays.begin[n] < rays.end[n]) far |= 1u << n;
     }
-    const double opacity = scene_.surfaces[s].material.opacity;
-    dim(surfaces_.all()[s], number, opacity, rays, far, share);
+    if (is_known_here) {
+      hide(known[s].far & lanes, share);
+    } else {
+      dim(surfaces_.all()[s], number, opacity, rays, far, share);
+    }
     for (std::uint32_t rest = near; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
       rays.end[n] = rays.begin[n];
       rays.begin[n] = 0;
       if (share[n] == 0) near &= ~(1u << n);
     }
-    if (near != 0) near = surfaces_.all()[s].any_hits(rays, near);
+    if (is_known_here) {
+      near &= known[s].near;
+    } else if (near != 0) {
+      near = surfaces_.all()[s].any_hits(rays, near);
+    }
     for (std::uint32_t rest = near; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
       if (hides_itself(light, points, n)) share[n] *= static_cast<float>(1 - opacity);
@@ -112,9 +208,7 @@ void ShadowRays::dim(const PreparedSurface& surface, std::int32_t number, double
                      const RayPacket& rays, std::uint32_t lanes, float (&share)[kLanes]) {
   if (lanes == 0) return;
   if (opacity == 1) {
-    for (std::uint32_t rest = surface.any_hits(rays, lanes); rest != 0; rest &= rest - 1) {
-      share[std::countr_zero(rest)] = 0;
-    }
+    hide(surface.any_hits(rays, lanes), share);
     return;
   }
   Crossings crossings(surface, number, rays);
@@ -147,38 +241,63 @@ bool ShadowRays::hides_itself(const Light& light, const PointPacket& points, int
   return own.any_hit(to.ray, std::min(local_size, to.end));
 }
 
+namespace {
+
+// What opaque meshes hide from one light, [half][surface]; empty where there is no such mesh.
+std::vector<KnownHits> find_known(const Scene& scene, const SceneSurfaces& surfaces,
+                                  const ShadowRays& shadow_rays, const SurfaceBuffer& buffer,
+                                  const std::vector<Half>& halves, const Light& light) {
+  const std::size_t count = surfaces.all().size();
+  std::vector<KnownHits> known;
+  std::vector<ShadowPacket> packets;
+  for (std::size_t s = 0; s < count; ++s) {
+    if (!shadow_rays.is_known(s)) continue;
+    known.resize(halves.size() * count);
+    packets.resize(2 * halves.size());
+    parallel_for(halves.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        shadow_rays.set_packets(light, halves[n].points(*scene.camera, buffer), halves[n].hits,
+                                static_cast<std::int32_t>(s), &packets[2 * n]);
+      }
+    });
+    surfaces.all()[s].tree()->find_shadows(target_of(light), packets);
+    for (std::size_t n = 0; n < halves.size(); ++n) {
+      const ShadowPacket &low = packets[2 * n], &high = packets[2 * n + 1];
+      known[n * count + s] = {low.far | high.far << 16, low.near | high.near << 16};
+    }
+  }
+  return known;
+}
+
+}  // namespace
+
 void cast_shadows(const Scene& scene, const SceneSurfaces& surfaces, const SurfaceBuffer& buffer,
                   Shadows& shadows, const ProgressListener& listener) {
   if (!scene.shadows) {
     shadows = {};
     return;
   }
-  const std::size_t lights = scene.lights.size(), tiles = buffer.hits.size();
+  const std::size_t lights = scene.lights.size();
   shadows.pixels.resize(lights);
   for (auto& of_light : shadows.pixels) of_light.resize(buffer.pixels());
   shadows.further.resize(buffer.further.size());
   const ShadowRays shadow_rays(scene, surfaces);
-  const auto cast_half = [&](std::size_t tile, std::size_t half) {
-    const auto hits = static_cast<std::uint32_t>(buffer.hits[tile] >> (32 * half));
-    if (hits == 0) return;
-    PointPacket points;
-    for (std::uint32_t rest = hits; rest != 0; rest &= rest - 1) {
-      const int n = std::countr_zero(rest);
-      const std::size_t place = 64 * tile + 32 * half + static_cast<std::size_t>(n);
-      const auto [x, y] = buffer.pixel(place);
-      const SurfaceSample sample = buffer.sample(place);
-      const Ray ray = scene.camera->ray(x, y);
-      points.position[n] = ray.at(sample.depth_mm);
-      points.normal[n] = sample.normal();
-      points.to_eye[n] = -ray.direction;
-      points.came_mm[n] = sample.depth_mm;
-      points.surface[n] = sample.surface;
-      points.point[n] = sample.point;
-    }
+  const std::vector<Half> halves = halves_of(buffer);
+  std::vector<std::vector<KnownHits>> known;  // [light]
+  for (const Light& light : scene.lights) {
+    known.push_back(find_known(scene, surfaces, shadow_rays, buffer, halves, light));
+  }
+  const auto cast_half = [&](std::size_t n) {
+    std::optional<PointPacket> points;  // where they are needed
     for (std::size_t l = 0; l < lights; ++l) {
       float share[kLanes];
-      shadow_rays.reach(scene.lights[l], points, hits, share);
-      std::ranges::copy(share, shadows.pixels[l].data() + 64 * tile + 32 * half);
+      const std::size_t count = known[l].empty() ? 0 : surfaces.all().size();
+      const auto of_half = std::span(known[l]).subspan(n * count, count);
+      if (!shadow_rays.tells_all(of_half, share)) {
+        if (!points) points = halves[n].points(*scene.camera, buffer);
+        shadow_rays.reach(scene.lights[l], *points, halves[n].hits, share, of_half);
+      }
+      std::ranges::copy(share, shadows.pixels[l].data() + halves[n].place);
     }
   };
   const auto cast_further = [&](std::size_t tile) {
@@ -201,14 +320,14 @@ void cast_shadows(const Scene& scene, const SceneSurfaces& surfaces, const Surfa
       }
     }
   };
-  constexpr std::size_t kTilesAPiece = 32;
-  Progress progress(listener, "casting shadows", tiles);
-  parallel_for(tiles, kTilesAPiece, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t tile = begin; tile < end; ++tile) {
-      cast_half(tile, 0);
-      cast_half(tile, 1);
-      if (!buffer.further.empty()) cast_further(tile);
-    }
+  constexpr std::size_t kHalvesAPiece = 64, kTilesAPiece = 32;
+  Progress progress(listener, "casting shadows", halves.size() + buffer.further.size());
+  parallel_for(halves.size(), kHalvesAPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) cast_half(n);
+    progress.advance(end - begin);
+  });
+  parallel_for(buffer.further.size(), kTilesAPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t tile = begin; tile < end; ++tile) cast_further(tile);
     progress.advance(end - begin);
   });
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "isolux/base/progress.h"
@@ -35,6 +36,13 @@ struct PointPacket {
   MeshPoint point[kCount];
 };
 
+/// What is known already of the rays of a packet to a light, of one surface: those that it hides,
+/// and of the others those that it meets nearer than its local size.
+struct KnownHits {
+  std::uint32_t far = 0;
+  std::uint32_t near = 0;
+};
+
 /// Sends shadow rays to lights.
 ///
 /// They start on the ray that met the point, a little before it: on the side that it came from, and
@@ -51,10 +59,22 @@ class ShadowRays {
   ShadowRays(const Scene& scene, const SceneSurfaces& surfaces);
 
   /// The product of 1 - opacity over all crossings between the points and the light.
+  /// @param known  of each surface that is_known tells; or empty.
   void reach(const Light& light, const PointPacket& points, std::uint32_t lanes,
-             float (&share)[PointPacket::kCount]) const;
+             float (&share)[PointPacket::kCount], std::span<const KnownHits> known = {}) const;
+
+  /// Sets all shares, if what is known is enough for that: all surfaces, and none of them near.
+  bool tells_all(std::span<const KnownHits> known, float (&share)[PointPacket::kCount]) const;
+
+  /// Opaque meshes find shadows quicker for many points at once: see MeshSurface::find_shadows.
+  bool is_known(std::size_t surface) const;
+  /// Sets the rays of up to 32 points to a light into two packets for surface `number`.
+  void set_packets(const Light& light, const PointPacket& points, std::uint32_t lanes,
+                   std::int32_t number, ShadowPacket* packets) const;
 
  private:
+  struct Rays;
+
   static void dim(const PreparedSurface& surface, std::int32_t number, double opacity,
                   const RayPacket& rays, std::uint32_t lanes, float (&share)[PointPacket::kCount]);
   bool hides_itself(const Light& light, const PointPacket& points, int n) const;

@@ -170,8 +170,9 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
   if (!request.settled) stop = [&] { return ms_since(indirect) > kMovingIndirect_ms; };
   const int found_before = session_.counters().indirect;
   session_.indirect(scene, listener, stop);
+  const double indirect_ms = ms_since(indirect);
   if (is_preview && session_.counters().indirect > found_before) {
-    path_ms_per_pixel_ = ms_since(indirect) / pixels;
+    path_ms_per_pixel_ = indirect_ms / pixels;
   }
 
   const auto lighting = Clock::now();
@@ -201,19 +202,22 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
   if (!request.settled) {
     sent_bytes_per_pixel_ = static_cast<double>(files[0].size()) * sent_by * sent_by / pixels;
   }
-  const json header = {
-      {"id", request.id},
-      {"settled", request.settled},
-      {"size", {drawn.width, drawn.height}},
-      {"type", request.settled ? "image/png" : "image/jpeg"},
-      {"lengths", lengths},
-      {"legends", legends},
-      {"camera", camera_json(*scene.camera)},
-      {"seen", part_json(seen_)},
-      {"lights", lights_json(scene)},
-      {"foot", foot_json(scene, session_.surfaces(scene), request.light)},
-      {"ms", {{"trace", trace_ms}, {"light", light_ms}, {"encode", ms_since(encoding)}}},
-      {"counters", counters_json(session_.counters())}};
+  const json header = {{"id", request.id},
+                       {"settled", request.settled},
+                       {"size", {drawn.width, drawn.height}},
+                       {"type", request.settled ? "image/png" : "image/jpeg"},
+                       {"lengths", lengths},
+                       {"legends", legends},
+                       {"camera", camera_json(*scene.camera)},
+                       {"seen", part_json(seen_)},
+                       {"lights", lights_json(scene)},
+                       {"foot", foot_json(scene, session_.surfaces(scene), request.light)},
+                       {"ms",
+                        {{"trace", trace_ms},
+                         {"indirect", indirect_ms},
+                         {"light", light_ms},
+                         {"encode", ms_since(encoding)}}},
+                       {"counters", counters_json(session_.counters())}};
   return framed(header, files);
 }
 
