@@ -65,9 +65,10 @@ class Transport {
 
   /// Links of a fine sample: fewer than asked for where memory does not reach.
   int links() const { return links_; }
-  /// Of memory: some 110 for each site (a place with samples) and its block, 96 for each coarse and
-  /// 40 for each fine sample, four a site; 4 for each link; 36 for each pair of a block of 16
-  /// pixels and a sample that counts there. Blocks of samples are made larger where sites alone
+  /// Of memory: some 110 for each site (a place with samples) and its block; 64 for each coarse
+  /// sample, 12 more for each bounce beyond two, and 4 for each fine one, four a site; some 110 for
+  /// each of these that the picture is blended of; 8 for each link; 36 for each pair of a block of
+  /// 16 pixels and a sample that counts there. Blocks of samples are made larger where sites alone
   /// would take more than half the limit; then links are halved, down to 16.
   double bytes() const;
 
