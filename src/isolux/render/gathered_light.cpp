@@ -45,12 +45,22 @@ std::array<float, SentLight::kMost> gathered_light(const SampleLinks& row, const
   return light;
 }
 
-void gather_sloped(const SampleLinks& row, const SentLight& sent, Vec3 normal, SlopedLight* to) {
-  if (row.rays == 0) {
-    std::fill_n(to, sent.channels, SlopedLight{});
-    return;
+namespace {
+
+// What is left of the sums over all links without those to what is close.
+void take_close(const SampleLinks& row, const SentLight& sent, LinkSums& sums) {
+  for (const std::uint16_t n : row.close) {
+    const LinkSums one = sum_links_plainly({&row.links[n], 1}, sent);
+    for (std::size_t c = 0; c < sent.channels; ++c) {
+      sums.light[c] -= one.light[c];
+      sums.across[c] -= one.across[c];
+      sums.along[c] -= one.along[c];
+    }
   }
-  const LinkSums sums = sum_links(row.links, sent);
+}
+
+void make_sloped(const SampleLinks& row, const LinkSums& sums, const SentLight& sent, Vec3 normal,
+                 SlopedLight* to) {
   const Slope slope(row, normal);
   for (std::size_t c = 0; c < sent.channels; ++c) {
     const auto with_sky = [&](float of_links, std::int32_t of_sky) {
@@ -60,6 +70,36 @@ void gather_sloped(const SampleLinks& row, const SentLight& sent, Vec3 normal, S
         slope.of(with_sky(sums.light[c], row.sky), with_sky(sums.across[c], row.sky_tilt.across),
                  with_sky(sums.along[c], row.sky_tilt.along));
   }
+}
+
+}  // namespace
+
+void gather_sloped(const SampleLinks& row, const SentLight& sent, Vec3 normal, SlopedLight* to) {
+  if (row.rays == 0) {
+    std::fill_n(to, sent.channels, SlopedLight{});
+    return;
+  }
+  make_sloped(row, sum_links(row.links, sent), sent, normal, to);
+}
+
+void gather_further(const SampleLinks& row, const SentLight& sent, Vec3 normal, SlopedLight* to) {
+  if (row.rays == 0) {
+    std::fill_n(to, sent.channels, SlopedLight{});
+    return;
+  }
+  LinkSums sums = sum_links(row.links, sent);
+  take_close(row, sent, sums);
+  make_sloped(row, sums, sent, normal, to);
+}
+
+SlopedLight close_share(const SampleLinks& row, Vec3 normal) {
+  if (row.close.empty()) return {};
+  float across = 0, along = 0;
+  for (const std::uint16_t n : row.close) {
+    across += row.links[n].across;
+    along += row.links[n].along;
+  }
+  return Slope(row, normal).of(static_cast<float>(row.close.size()), across, along);
 }
 
 SlopedLight sloped_sky(const SampleLinks& row, Vec3 normal) {

@@ -15,6 +15,12 @@ std::array<float, SentLight::kMost> gathered_light(const SampleLinks& row, const
 /// light stays even.
 void gather_sloped(const SampleLinks& row, const SentLight& sent, Vec3 normal, SlopedLight* to);
 
+/// The same without what is close.
+void gather_further(const SampleLinks& row, const SentLight& sent, Vec3 normal, SlopedLight* to);
+
+/// The share of what is close.
+SlopedLight close_share(const SampleLinks& row, Vec3 normal);
+
 /// The same for the share of open sky.
 SlopedLight sloped_sky(const SampleLinks& row, Vec3 normal);
 

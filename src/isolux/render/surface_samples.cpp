@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "isolux/base/exact_math.h"
 #include "isolux/mesh/mesh_sheets.h"
 
 namespace isolux {
@@ -12,6 +13,9 @@ namespace {
 
 // Normals of one group make at most this cosine with the group's mean.
 constexpr double kLikeness = 0.6;
+
+// What lies within so many edges of blocks is close.
+constexpr double kClose = 5;
 
 struct Group {
   std::uint32_t sheet;
@@ -68,6 +72,8 @@ void SurfaceSamples::add(const PreparedSurface& surface, std::int32_t number, in
   Grid& grid = grids_.emplace_back();
   grid.block_from_world = block_from_world(surface, edge);
   grid.blocks_from_covector = transpose(inverse(grid.block_from_world.linear));
+  grid.close_mm =
+      kClose / exact::pow(std::fabs(determinant(grid.block_from_world.linear)), 1.0 / 3);
   const std::vector<SurfacePlace> places = surface.lanes()
                                                ? places_of(*surface.lanes(), edge)
                                                : places_of(*surface.mesh(), grid.block_from_world);

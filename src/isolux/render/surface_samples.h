@@ -81,6 +81,10 @@ class SurfaceSamples {
     return grids_[static_cast<std::size_t>(surface)].block_from_world.point(position);
   }
 
+  /// Within this distance of a point of a surface, what it sees changes within a block.
+  double close_mm(std::int32_t surface) const {
+    return grids_[static_cast<std::size_t>(surface)].close_mm;
+  }
   /// The edge of a block, as if it were a cube.
   double block_mm(std::int32_t surface) const;
 
@@ -139,6 +143,7 @@ class SurfaceSamples {
    public:
     Affine block_from_world;
     Mat3 blocks_from_covector;
+    double close_mm;
 
     void add(const BlockIndex& block, Run run);
     const Row* row(const BlockIndex& at) const;

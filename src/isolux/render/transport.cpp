@@ -69,6 +69,11 @@ void Transport::see(const Scene& scene, const SurfaceBuffer& buffer, PixelBlend:
   const std::vector<std::uint32_t> before =
       blend_ ? blend_->samples() : std::vector<std::uint32_t>();
   blend_.emplace(scene, surfaces_, *fine_, buffer, detail);
+  buffer_ = &buffer;
+  camera_ = scene.camera;
+  close_.reset();
+  has_room_for_close_ = true;
+  is_close_known_ = false;
   // What links take where none meets the sky. Of coarse samples hardly more than one of a site's
   // four is ever reached.
   const double left =
@@ -154,6 +159,55 @@ bool Transport::shoot(TransportLinks& links, const std::vector<std::uint32_t>& s
   return true;
 }
 
+// Finds what links lead to, and shoots for those coarse samples that need more than direct light,
+// as long as `is_whole`; returns whether all is there.
+bool Transport::shoot_coarse(int bounces, int count, bool is_whole,
+                             const std::function<bool()>& stop) {
+  for (int level = bounces - 1; level >= 0; --level) {
+    collect(static_cast<std::int8_t>(level));
+    if (level == 0) break;
+    const std::vector<std::uint32_t>& samples = needing_[static_cast<std::size_t>(level)];
+    is_whole = is_whole && shoot(*from_coarse_, samples, std::min(count, coarse_links()), stop);
+    parallel_for(samples.size(), kPieceToFollow, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        if (needs_[samples[n]] > level) continue;
+        follow(from_coarse_->of(samples[n]), followed_[samples[n]],
+               static_cast<std::int8_t>(level - 1));
+      }
+    });
+  }
+  return is_whole;
+}
+
+// From the picture's points.
+bool Transport::shoot_close(int bounces, const std::function<bool()>& stop) {
+  if (is_close_known_ || !has_room_for_close_) return true;
+  const std::vector<std::uint32_t>& seen = blend_->samples();
+  if (!close_) {
+    std::vector<SlopedLight> shares(seen.size());
+    parallel_for(seen.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        shares[n] = close_share(from_fine_->of(seen[n]), fine_->normal(seen[n]));
+      }
+    });
+    std::vector<float> close(buffer_->pixels());
+    float* const to = close.data();
+    blend_->pixels(shares, *buffer_, {&to, 1});
+    close_.emplace(from_fine_->tracer(), surfaces_, *fine_, *buffer_, *camera_, std::move(close));
+  }
+  if (!close_->shoot(stop)) return false;
+  if (bytes() > options_.memory) from_fine_->keep(seen, links_);
+  if (bytes() > options_.memory) {
+    close_.reset();
+    has_room_for_close_ = false;
+    return true;
+  }
+  const auto needed = static_cast<std::int8_t>(bounces - 1);
+  close_->each_sender([&](std::uint32_t to) { needs_[to] = std::max(needs_[to], needed); });
+  is_close_known_ = shoot_coarse(bounces, links_, true, stop);
+  return is_close_known_;
+}
+
 bool Transport::refine(int bounces, const std::function<bool()>& stop) {
   if (bounces != bounces_) {
     bounces_ = bounces;
@@ -164,35 +218,23 @@ bool Transport::refine(int bounces, const std::function<bool()>& stop) {
     sources_.clear();
     needing_.assign(static_cast<std::size_t>(std::max(bounces, 1)), {});
     fine_followed_.assign(blend_->samples().size(), 0);
+    is_close_known_ = false;
   }
   if (bounces == 0) return true;
   const bool is_sketch = blend_->detail() == PixelBlend::Detail::kSketch;
   const int wanted = is_sketch ? kFirstLinks : links_;
   for (int count = std::max(kFirstLinks, 2 * refined_); count <= wanted; count *= 2) {
     const std::vector<std::uint32_t>& seen = blend_->samples();
-    bool is_whole = shoot(*from_fine_, seen, count, stop);
+    const bool is_whole = shoot(*from_fine_, seen, count, stop);
     parallel_for(seen.size(), kPieceToFollow, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) {
         follow(from_fine_->of(seen[n]), fine_followed_[n], static_cast<std::int8_t>(bounces - 1));
       }
     });
-    for (int level = bounces - 1; level >= 0; --level) {
-      collect(static_cast<std::int8_t>(level));
-      if (level == 0) break;
-      const std::vector<std::uint32_t>& samples = needing_[static_cast<std::size_t>(level)];
-      is_whole = is_whole && shoot(*from_coarse_, samples, std::min(count, coarse_links()), stop);
-      parallel_for(samples.size(), kPieceToFollow, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-          if (needs_[samples[n]] > level) continue;
-          follow(from_coarse_->of(samples[n]), followed_[samples[n]],
-                 static_cast<std::int8_t>(level - 1));
-        }
-      });
-    }
-    if (!is_whole) return false;
+    if (!shoot_coarse(bounces, count, is_whole, stop)) return false;
     refined_ = count;
   }
-  return !is_sketch;
+  return !is_sketch && shoot_close(bounces, stop);
 }
 
 double Transport::done() const {
@@ -205,6 +247,10 @@ double Transport::done() const {
   for (const std::uint32_t sample : blend_->samples()) count(from_fine_->of(sample), links_);
   for (const std::uint32_t sample : sources_) {
     if (needs_[sample] > 0) count(from_coarse_->of(sample), coarse_links());
+  }
+  if (close_) {
+    wanted += close_->rays();
+    there += close_->rays() * close_->done();
   }
   return wanted == 0 ? 1 : there / wanted;
 }
@@ -293,7 +339,11 @@ void Transport::light(const Scene& scene) {
     known_.assign(coarse_->size(), 0);
     lit_bounces_ = -1;
   }
-  if (lit_bounces_ != bounces_) std::ranges::fill(fine_rays_, std::uint16_t{0});
+  const bool had_close = is_close_lit_;
+  is_close_lit_ = is_close_known_ && close_;
+  if (lit_bounces_ != bounces_ || had_close != is_close_lit_) {
+    std::ranges::fill(fine_rays_, std::uint16_t{0});
+  }
   lit_by_ = scene;
   lit_bounces_ = bounces_;
   channels_ = is_grey(scene) ? 1 : SentLight::kMost;
@@ -327,7 +377,17 @@ void Transport::light(const Scene& scene) {
       if (row.rays > 0 && fine_rays_[n] == row.rays) continue;
       fine_rays_[n] = static_cast<std::uint16_t>(row.rays);
       if (n + kAhead < end) from_fine_->fetch(seen[n + kAhead]);
-      gather_sloped(row, light, fine_->normal(seen[n]), &fine_light_[channels_ * n]);
+      const auto gather = is_close_lit_ ? gather_further : gather_sloped;
+      gather(row, light, fine_->normal(seen[n]), &fine_light_[channels_ * n]);
+    }
+  });
+  all_fine_light_.clear();
+  if (!is_close_lit_ || buffer_->further.empty()) return;
+  all_fine_light_.resize(fine_light_.size());
+  parallel_for(seen.size(), kPieceToLight, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      gather_sloped(from_fine_->of(seen[n]), light, fine_->normal(seen[n]),
+                    &all_fine_light_[channels_ * n]);
     }
   });
 }
@@ -337,8 +397,10 @@ void Transport::gather(const SurfaceBuffer& buffer, Indirect& indirect) const {
   for (auto* channel : {&pixels.r, &pixels.g, &pixels.b}) channel->resize(buffer.pixels());
   float* const channels[] = {pixels.r.data(), pixels.g.data(), pixels.b.data()};
   blend_->pixels(fine_light_, buffer, channels);
+  if (is_close_lit_) close_->add({channels_, sent_.back().data(), {}}, indirect.pixels);
   indirect.further.clear();
-  if (!buffer.further.empty()) indirect.further = blend_->further(fine_light_, buffer);
+  if (buffer.further.empty()) return;
+  indirect.further = blend_->further(is_close_lit_ ? all_fine_light_ : fine_light_, buffer);
 }
 
 void Transport::gather_sky(const SurfaceBuffer& buffer, Indirect& indirect) const {
@@ -354,11 +416,13 @@ void Transport::gather_sky(const SurfaceBuffer& buffer, Indirect& indirect) cons
   indirect.sky.resize(buffer.pixels());
   float* const sky = indirect.sky.data();
   blend_->pixels(skies, buffer, {&sky, 1});
+  if (is_close_lit_) close_->dim_sky(indirect.sky);
   for (float& share : indirect.sky) share = std::min(1.0f, share);
 }
 
 double Transport::bytes() const {
   return fine_->bytes() + coarse_->bytes() + from_fine_->bytes() + from_coarse_->bytes() +
+         (close_ ? close_->bytes() : 0) +
          static_cast<double>(coarse_->size()) *
              (kBytesACoarse + kBytesABounce * std::max(bounces_, 2)) +
          (blend_ ? blend_->bytes() + static_cast<double>(blend_->samples().size()) * kBytesAFine

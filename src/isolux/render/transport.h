@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "isolux/render/close_light.h"
 #include "isolux/render/indirect.h"
 #include "isolux/render/link_sums.h"
 #include "isolux/render/pixel_blend.h"
@@ -44,12 +45,15 @@ class Transport {
   Transport(const Scene& scene, const SceneSurfaces& surfaces, TransportOptions options = {});
 
   /// Says what picture is to be lit: how its points are blended of samples. What is known of these
-  /// from pictures before is kept; after a sketch, what its picture needed as well.
+  /// from pictures before is kept; after a sketch, what its picture needed as well. The buffer must
+  /// stay as it is until the next one is seen.
   void see(const Scene& scene, const SurfaceBuffer& buffer,
            PixelBlend::Detail detail = PixelBlend::Detail::kWhole);
 
   /// Shoots the links that are missing: first 8 everywhere, and for a sketch no more, then 16, and
-  /// so on. Asks `stop` in between, every few milliseconds. Returns whether there are all.
+  /// so on; and at last, but for a sketch, those from pixels to what is close to them, which count
+  /// when there are all. Asks `stop` in between, every few milliseconds. Returns whether there are
+  /// all.
   bool refine(int bounces, const std::function<bool()>& stop = {});
   /// How much of that is done, in [0, 1].
   double done() const;
@@ -76,6 +80,8 @@ class Transport {
   int coarse_links() const;
   void follow(const SampleLinks& row, std::uint16_t& followed, std::int8_t bounces);
   void collect(std::int8_t bounces);
+  bool shoot_coarse(int bounces, int count, bool is_whole, const std::function<bool()>& stop);
+  bool shoot_close(int bounces, const std::function<bool()>& stop);
   void light_directly(const Scene& scene, const std::vector<std::uint32_t>& sources);
   void set_albedo(const Scene& scene, const std::vector<std::uint32_t>& sources);
   void send(const std::vector<std::uint32_t>& sources, std::size_t bounce, SentLight& light);
@@ -89,6 +95,12 @@ class Transport {
   std::unique_ptr<SurfaceSamples> fine_, coarse_;
   std::unique_ptr<TransportLinks> from_fine_, from_coarse_;
   std::optional<PixelBlend> blend_;
+  const SurfaceBuffer* buffer_ = nullptr;  // the picture that was seen last
+  std::optional<Camera> camera_;           // its camera
+  std::optional<CloseLight> close_;        // of it, once all other links are there
+  bool has_room_for_close_ = true;
+  bool is_close_known_ = false;  // whether what it leads to has its needs, and their links
+  bool is_close_lit_ = false;    // whether fine_light_ is that from further away
   int bounces_ = -1;
   int refined_ = 0;  // how many links all samples have that need any, if they shall have as many
   // For each coarse sample: how many bounces of light must be known there (0: direct light alone;
@@ -110,6 +122,7 @@ class Transport {
   // In the order of blend_->samples(): their light, and with how many rays it was found.
   std::vector<SlopedLight> fine_light_;
   std::vector<std::uint16_t> fine_rays_;
+  std::vector<SlopedLight> all_fine_light_;  // with what is close, where further points need that
 };
 
 }  // namespace isolux

@@ -5,12 +5,11 @@
 #include <span>
 #include <vector>
 
+#include "isolux/render/link_tracer.h"
 #include "isolux/render/surface_samples.h"
 #include "isolux/scene/scene.h"
 
 namespace isolux {
-
-struct LinkRays;
 
 /// Across the normal of the sample that sent a link: the link's direction in the tangent frame, in
 /// whole steps, so that sums of it are exact.
@@ -37,9 +36,10 @@ struct Link {
 /// dark, are only counted.
 struct SampleLinks {
   std::vector<Link> links;
-  std::int32_t rays = 0;        ///< all that were shot
-  std::int32_t sky = 0;         ///< those that met nothing
-  LinkTilt all_tilt, sky_tilt;  ///< their sums
+  std::vector<std::uint16_t> close;  ///< numbers of those that are so: see SurfaceSamples::close_mm
+  std::int32_t rays = 0;             ///< all that were shot
+  std::int32_t sky = 0;              ///< those that met nothing
+  LinkTilt all_tilt, sky_tilt;       ///< their sums
 };
 
 /// What surface samples see: for each, links to the samples (of another set, mostly coarser) that
@@ -49,7 +49,7 @@ struct SampleLinks {
 /// Directions are Sobol points in the tangent frame, the same ones for one sample in eight, so that
 /// rays which go together go the same way, and those of blocks side by side fill each other's gaps.
 /// A sample's links are the same whenever and with whichever others they are shot, and the first
-/// 2^n are spread evenly for every n. A ray passes a surface of opacity A with probability 1 - A.
+/// 2^n are spread evenly for every n.
 class TransportLinks {
  public:
   /// Keeps references to the surfaces and the samples. `most`: links that a sample can have, a
@@ -72,6 +72,9 @@ class TransportLinks {
     for (std::size_t n = 0; n < links.size(); n += kLinksALine) __builtin_prefetch(&links[n]);
   }
 
+  /// What finds where they lead to.
+  const LinkTracer& tracer() const { return tracer_; }
+
   double bytes() const;
   /// Of that, what links take.
   double link_bytes() const;
@@ -80,14 +83,12 @@ class TransportLinks {
   static constexpr std::uint32_t kSlots = 8;
 
   void shoot_piece(std::span<const std::uint32_t> samples, std::size_t count);
-  void trace(LinkRays& rays) const;
   std::size_t links_of(std::span<const std::uint32_t> samples) const;
   std::uint32_t slot(std::uint32_t sample) const;
 
   const SceneSurfaces& surfaces_;
   const SurfaceSamples& from_;
-  const SurfaceSamples& to_;
-  std::vector<double> opacities_;
+  LinkTracer tracer_;
   std::size_t most_;
   std::vector<Vec3> directions_;       // [slot * most + number], in the tangent frame
   std::vector<std::uint32_t> row_of_;  // [sample]; 0: it has none

@@ -164,6 +164,30 @@ TEST(Transport, refining_in_pieces_and_on_any_threads_gives_the_same_bits) {
   });
 }
 
+TEST(Transport, what_was_seen_before_changes_no_picture) {
+  const Scene scene = head_scene({kLampA, kLampB});
+  const Lit fresh(scene);
+  Lit after(scene, {.links = 8});
+  Transport transport(scene, after.caster.surfaces());
+  json settings = settings_of({{"iso", 300}}, {kLampA}, 2);
+  settings["camera"] = {{"view", "left"}};
+  const Scene other = scene_of({volume(head_phantom(48))}, settings);
+  const SurfaceBuffer aside = after.caster.cast(*other.camera);
+  const auto draw = [&](const Scene& seen, const SurfaceBuffer& buffer) {
+    transport.see(seen, buffer);
+    EXPECT_TRUE(transport.refine(scene.bounces));
+    transport.light(scene);
+    transport.gather(buffer, after.indirect);
+    transport.gather_sky(buffer, after.indirect);
+  };
+  draw(other, aside);
+  draw(scene, after.buffer);
+  each_hit(fresh.buffer, [&](std::size_t place) {
+    EXPECT_EQ(fresh.indirect.pixels.at(place), after.indirect.pixels.at(place));
+    EXPECT_EQ(fresh.indirect.sky[place], after.indirect.sky[place]);
+  });
+}
+
 TEST(Transport, no_bounce_brings_more_light_than_the_one_before_sent) {
   // With an albedo of 1 nothing is lost but to the sky: sky + what surfaces see of each other is 1,
   // so E under an even sky of 1 is at most 1 after any number of bounces, and never falls.
@@ -336,6 +360,36 @@ TEST(Transport, turned_towards_the_light_a_point_receives_more_and_under_even_li
   EXPECT_NEAR(along_x(gathered(uneven)), 5.0 / 16, 1e-4);
 }
 
+TEST(Transport, close_and_further_light_are_all_light) {
+  // Four links of eight rays, the first and the third of them to what is close, and two to the sky.
+  SampleLinks row{{{0, 100, -50}, {1, 300, 20}, {2, -700, 5}, {0, 9, 800}}, {0, 2}, 8, 2, {}, {}};
+  row.sky_tilt = {-40, 60};
+  row.all_tilt = row.sky_tilt;
+  for (const Link& link : row.links) row.all_tilt.add(link.tilt());
+  const float numbers[] = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  const SentLight sent{3, numbers, {0.5, 0.5, 0.5}};
+  const Vec3 normal = normalize(Vec3{1, 2, 3});
+  SlopedLight all[3], further[3];
+  gather_sloped(row, sent, normal, all);
+  gather_further(row, sent, normal, further);
+  // Without links 0 and 2, which bring (1 + 7) / 8, (2 + 8) / 8 and (3 + 9) / 8.
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_NEAR(all[c].mean - further[c].mean, 1 + 0.25 * static_cast<double>(c), 1e-6);
+  }
+  // Where all light is 1, what is close brings its share, and the rest 1 less that, at any normal.
+  const float ones[] = {1, 1, 1};
+  SampleLinks closed = row;
+  closed.links.insert(closed.links.end(), {{1, 0, 0}, {1, 0, 0}});
+  SlopedLight rest;
+  gather_further(closed, {1, ones, {1, 1, 1}}, normal, &rest);
+  const SlopedLight close = close_share(closed, normal);
+  EXPECT_EQ(close.mean, 2.0f / 8);
+  EXPECT_NEAR(rest.mean + close.mean, 1, 1e-6);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(rest.slope[axis] + close.slope[axis], 0, 1e-6);
+  }
+}
+
 TEST(Transport, lanes_blend_as_plain_code_does) {
   for (const std::size_t channels : {1u, 3u}) {
     std::vector<SlopedLight> lights(3 * channels);
@@ -490,7 +544,7 @@ TEST(Transport, a_sketch_is_even_where_light_is_even_and_near_the_whole_elsewher
     });
   }
   // On a head by the same links, seen from so near that a block of pixels is about one of samples:
-  // what changes within one is lost.
+  // what changes within one is lost, and what is close, which pixels' own links tell alone.
   json settings = settings_of({{"iso", 300}}, {kLampA, kLampB}, 3);
   settings["camera"] = {{"eye", {20, -400, 90}}, {"target", {0, 0, 10}}, {"fov", 7}};
   Lit lit(scene_of({volume(head_phantom(48))}, settings));
@@ -502,7 +556,7 @@ TEST(Transport, a_sketch_is_even_where_light_is_even_and_near_the_whole_elsewher
     mean += whole.pixels.at(place).g;
     off += std::fabs(lit.indirect.pixels.at(place).g - whole.pixels.at(place).g);
   });
-  EXPECT_LT(off, 0.1 * mean);
+  EXPECT_LT(off, 0.2 * mean);
 }
 
 TEST(Transport, a_lamp_moved_by_little_changes_no_pixel_by_more) {
