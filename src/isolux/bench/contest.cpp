@@ -71,7 +71,10 @@ Work Contest::ray_work(const std::string& name, const OwnRenderer& renderer,
   for (Rival& rival : rivals_.all()) {
     if (!rival.traces_rays || !takes_part(rival)) continue;
     Peer& peer = *rival.peer;
-    work.others.push_back({peer.name(), [&peer, request](int) { return peer.ask_ms(request); }});
+    work.others.push_back({peer.name(), [&peer, request](int) {
+                             peer.ask(request);  // as isolux goes twice
+                             return peer.ask_ms(request);
+                           }});
   }
   return work;
 }

@@ -105,8 +105,11 @@ Work rays_work(const std::string& name, const OwnRenderer& renderer, std::vector
   const auto tracer = std::make_shared<const LooseRays>(renderer.scene().surfaces[0]);
   return {.name = name,
           .turns = turns,
-          .ms = [tracer, kept,
-                 lamp](int) { return milliseconds([&] { tracer->count_hits(*kept, lamp); }); },
+          .ms =
+              [tracer, kept, lamp](int) {
+                tracer->count_hits(*kept, lamp);  // wakes the threads
+                return milliseconds([&] { tracer->count_hits(*kept, lamp); });
+              },
           .rays = count};
 }
 

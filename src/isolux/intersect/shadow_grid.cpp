@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "isolux/base/parallel.h"
-
 namespace isolux::shadow_raster {
 namespace {
 
@@ -29,20 +27,13 @@ void Part::lean(const Moments& of) {
   plane_y = static_cast<float>((ys * xx - xs * xy) / area);
 }
 
-ShadowGrid::ShadowGrid(const std::vector<SeenPacket>& packets, const std::vector<Part>& boxes)
-    : cells_(cells_for(packets.size())), half_(static_cast<float>(cells_) / 2) {
+ShadowGrid::ShadowGrid(std::size_t packets)
+    : cells_(cells_for(packets)), half_(static_cast<float>(cells_) / 2) {}
+
+void ShadowGrid::place(const std::vector<std::vector<Part>>& pieces) {
   const std::size_t count = number(0, cells_);
   first_.resize(count + 1);
   least_start_.resize(count, kInfinity);
-  constexpr std::size_t kPiece = 1024;  // packets
-  std::vector<std::vector<Part>> pieces((packets.size() + kPiece - 1) / kPiece);
-  parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t piece = begin; piece < end; ++piece) {
-      const std::size_t first = kPiece * piece, last = std::min(first + kPiece, packets.size());
-      pieces[piece].reserve(2 * kPiece);
-      for (std::size_t n = first; n < last; ++n) add_parts(packets[n], boxes[n], pieces[piece]);
-    }
-  });
   const auto for_each_part = [&](const auto& use) {
     for (const std::vector<Part>& piece : pieces) std::ranges::for_each(piece, use);
   };
@@ -72,16 +63,16 @@ ShadowGrid::ShadowGrid(const std::vector<SeenPacket>& packets, const std::vector
 
 // Where the eye sees past an edge, neighbours lie far apart for the light: no part is larger than a
 // cell.
-void ShadowGrid::add_parts(const SeenPacket& seen, const Part& box, std::vector<Part>& to) const {
+void ShadowGrid::divide(const SeenPacket& seen, const Part& whole, std::vector<Part>& to) const {
   const float together = 1 / half_;
-  if (box.lanes == 0) return;
-  if (box.high_x - box.low_x <= together && box.high_y - box.low_y <= together) {
-    to.push_back(box);
+  if (whole.lanes == 0) return;
+  if (whole.high_x - whole.low_x <= together && whole.high_y - whole.low_y <= together) {
+    to.push_back(whole);
     return;
   }
-  for (std::uint32_t left = box.lanes; left != 0;) {
+  for (std::uint32_t left = whole.lanes; left != 0;) {
     const int first = std::countr_zero(left);
-    Part part{box.packet};
+    Part part{whole.packet};
     for (std::uint32_t rest = left; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
       const float across = seen.x[n] - seen.x[first], down = seen.y[n] - seen.y[first];

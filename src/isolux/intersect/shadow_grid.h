@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include "isolux/intersect/shadow_raster.h"
@@ -74,11 +73,14 @@ struct Part {
 /// cell.
 class ShadowGrid {
  public:
-  /// @param boxes  around all lanes of each packet that the mesh may hide.
-  ShadowGrid(const std::vector<SeenPacket>& packets, const std::vector<Part>& boxes);
+  explicit ShadowGrid(std::size_t packets);
+
+  /// Appends the parts of a packet. `whole`: all of its rays that the mesh may hide.
+  void divide(const SeenPacket& seen, const Part& whole, std::vector<Part>& to) const;
+  /// Puts them all into their cells.
+  void place(const std::vector<std::vector<Part>>& pieces);
 
   const Part& part(std::uint32_t n) const { return parts_[n]; }
-  std::span<Part> parts() { return parts_; }
 
   /// The parts' boxes again, side by side. Vectors may read beyond the last.
   struct Boxes {
@@ -110,7 +112,6 @@ class ShadowGrid {
            static_cast<std::size_t>(x);
   }
   std::size_t cell_of(const Part& part) const { return number(cell(part.low_x), cell(part.low_y)); }
-  void add_parts(const SeenPacket& seen, const Part& box, std::vector<Part>& to) const;
 
   int cells_;   // along an edge
   float half_;  // as many

@@ -155,49 +155,45 @@ HWY_INLINE void find_plane(const SeenPacket& seen, Part& part) {
       least_of(least) - 2 * kHair * (1 + std::fabs(part.plane_x) + std::fabs(part.plane_y));
 }
 
-void see(const LightView& view, std::span<const ShadowPacket> packets, std::size_t begin,
-         std::size_t end, SeenPacket* seen, Part* boxes) {
+// Sees a packet; returns all its rays that the mesh may hide.
+HWY_INLINE Part see(const LightView& view, const ShadowPacket& of, std::size_t n, SeenPacket& to) {
   const std::size_t half = hn::Lanes(kD);
   const VF edge = hn::Set(kF, 1 + kHair);
-  for (std::size_t n = begin; n < end; ++n) {
-    const ShadowPacket& of = packets[n];
-    SeenPacket& to = seen[n];
-    std::uint32_t lanes_inside = 0;
-    VF low_x = hn::Set(kF, kInfinity), low_y = low_x, least = low_x;
-    VF high_x = hn::Neg(low_x), high_y = high_x;
-    for (std::size_t lane = 0; lane < kRays; lane += hn::Lanes(kF)) {
-      const auto half_at = [&](std::size_t at) HWY_ATTR {
-        return Seen(view, hn::Load(kD, of.origin[0] + at), hn::Load(kD, of.origin[1] + at),
-                    hn::Load(kD, of.origin[2] + at));
-      };
-      const SeenFloats at = in_floats(half_at(lane), half_at(lane + half));
-      const VF t_begin = hn::Load(kF, of.begin + lane);
-      const VF at_begin =
-          view.is_direction
-              ? hn::MulAdd(t_begin, hn::Set(kF, static_cast<float>(view.advance)), at.nearness)
-              : hn::Div(at.nearness, hn::Max(hn::Sub(hn::Set(kF, 1.0f), t_begin), hn::Zero(kF)));
-      hn::Store(at.x, kF, to.x + lane);
-      hn::Store(at.y, kF, to.y + lane);
-      hn::Store(at.nearness, kF, to.start + lane);
-      hn::Store(at_begin, kF, to.begin + lane);
-      const MF used = mask_of(of.lanes >> lane);
-      const MF inside =
-          hn::And(used, hn::And(hn::Le(hn::Abs(at.x), edge), hn::Le(hn::Abs(at.y), edge)));
-      lanes_inside |= bits_of(inside) << lane;
-      low_x = hn::IfThenElse(inside, hn::Min(low_x, at.x), low_x);
-      low_y = hn::IfThenElse(inside, hn::Min(low_y, at.y), low_y);
-      high_x = hn::IfThenElse(inside, hn::Max(high_x, at.x), high_x);
-      high_y = hn::IfThenElse(inside, hn::Max(high_y, at.y), high_y);
-      least = hn::IfThenElse(inside, hn::Min(least, at.nearness), least);
-    }
-    boxes[n] = {static_cast<std::uint32_t>(n),
-                lanes_inside,
-                least_of(low_x),
-                least_of(low_y),
-                most_of(high_x),
-                most_of(high_y),
-                least_of(least)};
+  std::uint32_t lanes_inside = 0;
+  VF low_x = hn::Set(kF, kInfinity), low_y = low_x, least = low_x;
+  VF high_x = hn::Neg(low_x), high_y = high_x;
+  for (std::size_t lane = 0; lane < kRays; lane += hn::Lanes(kF)) {
+    const auto half_at = [&](std::size_t at) HWY_ATTR {
+      return Seen(view, hn::Load(kD, of.origin[0] + at), hn::Load(kD, of.origin[1] + at),
+                  hn::Load(kD, of.origin[2] + at));
+    };
+    const SeenFloats at = in_floats(half_at(lane), half_at(lane + half));
+    const VF t_begin = hn::Load(kF, of.begin + lane);
+    const VF at_begin =
+        view.is_direction
+            ? hn::MulAdd(t_begin, hn::Set(kF, static_cast<float>(view.advance)), at.nearness)
+            : hn::Div(at.nearness, hn::Max(hn::Sub(hn::Set(kF, 1.0f), t_begin), hn::Zero(kF)));
+    hn::Store(at.x, kF, to.x + lane);
+    hn::Store(at.y, kF, to.y + lane);
+    hn::Store(at.nearness, kF, to.start + lane);
+    hn::Store(at_begin, kF, to.begin + lane);
+    const MF used = mask_of(of.lanes >> lane);
+    const MF inside =
+        hn::And(used, hn::And(hn::Le(hn::Abs(at.x), edge), hn::Le(hn::Abs(at.y), edge)));
+    lanes_inside |= bits_of(inside) << lane;
+    low_x = hn::IfThenElse(inside, hn::Min(low_x, at.x), low_x);
+    low_y = hn::IfThenElse(inside, hn::Min(low_y, at.y), low_y);
+    high_x = hn::IfThenElse(inside, hn::Max(high_x, at.x), high_x);
+    high_y = hn::IfThenElse(inside, hn::Max(high_y, at.y), high_y);
+    least = hn::IfThenElse(inside, hn::Min(least, at.nearness), least);
   }
+  return {static_cast<std::uint32_t>(n),
+          lanes_inside,
+          least_of(low_x),
+          least_of(low_y),
+          most_of(high_x),
+          most_of(high_y),
+          least_of(least)};
 }
 
 // Bounds of errors: with u = kUnit, S the extent of a triangle and Q the distance of a point from
@@ -443,17 +439,21 @@ void draw(const Drawing& drawing, std::size_t begin, std::size_t end) {
 bool draw_all(const Mesh& mesh, const std::vector<TriangleCluster>& clusters,
               const RayTarget& light, const LightView& view, std::span<ShadowPacket> packets) {
   std::vector<SeenPacket> seen(packets.size());
-  std::vector<Part> boxes(packets.size());
-  parallel_for(packets.size(), 256, [&](std::size_t begin, std::size_t end) {
-    see(view, packets, begin, end, seen.data(), boxes.data());
-  });
-  ShadowGrid grid(seen, boxes);
-  parallel_for(grid.parts().size(), 512, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      Part& part = grid.parts()[n];
-      find_plane(seen[part.packet], part);
+  ShadowGrid grid(packets.size());
+  constexpr std::size_t kPiece = 256;
+  std::vector<std::vector<Part> > pieces((packets.size() + kPiece - 1) / kPiece);
+  parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t piece = begin; piece < end; ++piece) {
+      std::vector<Part>& parts = pieces[piece];
+      parts.reserve(2 * kPiece);
+      const std::size_t first = kPiece * piece, last = std::min(first + kPiece, packets.size());
+      for (std::size_t n = first; n < last; ++n) {
+        grid.divide(seen[n], see(view, packets[n], n, seen[n]), parts);
+      }
+      for (Part& part : parts) find_plane(seen[part.packet], part);
     }
   });
+  grid.place(pieces);
   Found found(packets.size());
   const Drawing drawing{mesh, clusters, light, view, grid, packets, seen, found};
   parallel_for(clusters.size(), 128,
