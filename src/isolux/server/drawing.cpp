@@ -167,7 +167,14 @@ std::string Drawing::frame(const ViewRequest& request, const SceneDescription& d
 
   const auto indirect = Clock::now();
   std::function<bool()> stop;
-  if (!request.settled) stop = [&] { return ms_since(indirect) > kMovingIndirect_ms; };
+  // What is done before any link can be shot does not count, or a new surface would show none.
+  std::optional<Clock::time_point> first_link;
+  if (!request.settled) {
+    stop = [&] {
+      if (!first_link) first_link = Clock::now();
+      return ms_since(*first_link) > kMovingIndirect_ms;
+    };
+  }
   const int found_before = session_.counters().indirect;
   session_.indirect(scene, listener, stop);
   const double indirect_ms = ms_since(indirect);
