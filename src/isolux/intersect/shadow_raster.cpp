@@ -153,6 +153,11 @@ HWY_INLINE void find_plane(const SeenPacket& seen, Part& part) {
   // A hair for what these floats lose, and those of the triangles that are compared.
   part.plane =
       least_of(least) - 2 * kHair * (1 + std::fabs(part.plane_x) + std::fabs(part.plane_y));
+  // A ray may start all but in the light.
+  if (!std::isfinite(part.plane)) {
+    part.plane = -kInfinity;
+    part.plane_x = part.plane_y = 0;
+  }
 }
 
 // Sees a packet; returns all its rays that the mesh may hide.
