@@ -26,21 +26,10 @@ class LightView {
   /// Nothing where the light is in the mesh's ball, or so near that the ball fills its sight.
   static std::optional<LightView> of(const RayTarget& light, const MeshBall& ball);
 
-  struct Place {
-    double x, y, nearness;
-  };
-  /// With a place for a light, of points in front of it (z > 0).
-  Place operator()(Vec3 point) const {
-    const Vec3 q = point - from;
-    const double z = dot(axis, q), scale = is_direction ? 1 : 1 / z;
-    return {scale * dot(right, q), scale * dot(up, q), is_direction ? z : scale};
-  }
-
   bool is_direction;
   Vec3 from;
   Vec3 right, up, axis;
-  double advance;        ///< of nearness with t along a ray, if the light is a direction
-  float least_nearness;  ///< of the mesh
+  double advance;  ///< of nearness with t along a ray, if the light is a direction
 };
 
 inline std::optional<LightView> LightView::of(const RayTarget& light, const MeshBall& ball) {
@@ -54,19 +43,14 @@ inline std::optional<LightView> LightView::of(const RayTarget& light, const Mesh
   const Vec3 other = std::fabs(axis.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   const Vec3 right = normalize(cross(axis, other)), up = cross(right, axis);
   if (light.is_direction) {
-    return LightView{
-        true, ball.center, right / radius, up / radius, axis / radius, distance / radius, -1};
+    return LightView{true,        ball.center,   right / radius,
+                     up / radius, axis / radius, distance / radius};
   }
   // A ray that touches the ball makes this angle with the axis; nearness is 1 at its nearest point.
   const double tangent = radius / std::sqrt(distance * distance - radius * radius);
   const double unit = 1 / (distance - radius);
-  return LightView{false,
-                   light.place,
-                   (unit / tangent) * right,
-                   (unit / tangent) * up,
-                   unit * axis,
-                   0,
-                   static_cast<float>(1 / (unit * (distance + radius)))};
+  return LightView{false, light.place, (unit / tangent) * right, (unit / tangent) * up, unit * axis,
+                   0};
 }
 
 }  // namespace isolux

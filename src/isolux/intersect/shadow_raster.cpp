@@ -73,7 +73,6 @@ bool draw_all(const Mesh&, const std::vector<TriangleCluster>&, const RayTarget&
 
 namespace hn = hwy::HWY_NAMESPACE;
 using isolux::lanes::HWY_NAMESPACE::bits_of;
-using isolux::lanes::HWY_NAMESPACE::Doubles;
 using isolux::lanes::HWY_NAMESPACE::kD;
 using isolux::lanes::HWY_NAMESPACE::kF;
 using isolux::lanes::HWY_NAMESPACE::kHalfF;
