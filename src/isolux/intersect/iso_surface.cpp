@@ -176,9 +176,9 @@ std::optional<IsoHit> IsoSurface::first_hit_in_index_space(const Ray& index_ray,
 
 std::optional<Vec3> IsoSurface::normal(const IsoHit& hit) const {
   return visit_voxels(*volume_, [&](const auto& view) -> std::optional<Vec3> {
+    const auto blended = blended_gradient(view, hit.cell, hit.local);
     const Vec3 gradient =
-        blended_gradient(view, hit.cell, hit.local)
-            .value_or(interpolant_gradient(cell_corners(view, hit.cell), hit.local));
+        blended ? *blended : interpolant_gradient(cell_corners(view, hit.cell), hit.local);
     const Vec3 outward = -(world_from_covector_ * gradient);
     if (!is_finite(outward) || outward == Vec3{}) return std::nullopt;
     return normalize(outward);

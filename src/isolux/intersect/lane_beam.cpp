@@ -3,6 +3,7 @@
 #define HWY_TARGET_INCLUDE "isolux/intersect/lane_beam.cpp"
 #include <hwy/foreach_target.h>
 // Highway compiles what follows once for each instruction set.
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -362,6 +363,7 @@ class Beam {
 
   // Some cells of a block, in the order in which any ray of the beam passes them.
   HWY_INLINE void pass_block(const std::int32_t (&block)[3], std::uint64_t cells) {
+    fetch_rows(block, cells);
     bool is_here[kVectors], in_row[kVectors] = {};
     for (std::size_t i = 0; i < kVectors; ++i) is_here[i] = rays_[i].enter_block(block, down_);
     const int flip = (down_ & 1 ? 3 : 0) | (down_ & 2 ? 12 : 0) | (down_ & 4 ? 48 : 0);
@@ -384,7 +386,7 @@ class Beam {
       const std::int32_t cell[3] = {4 * block[0] + (n & 3), 4 * block[1] + (n >> 2 & 3),
                                     4 * block[2] + (n >> 4)};
       bool is_read = false;
-      float values[8];
+      alignas(32) float values[8];
       for (std::size_t i = 0; i < kVectors; ++i) {
         if (!in_row[i] || !rays_[i].enter_cell(place & 3)) continue;
         if (!is_read) read_corners(cell, values);
@@ -394,17 +396,46 @@ class Beam {
     }
   }
 
+  // Asks for the voxels of these cells, so that they are there when their turn comes.
+  HWY_INLINE void fetch_rows(const std::int32_t (&block)[3], std::uint64_t cells) const {
+    const std::ptrdiff_t row = field_.dims[0], slice = row * field_.dims[1];
+    const T* from = static_cast<const T*>(field_.voxels) + 4 * block[0] + row * (4 * block[1]) +
+                    slice * (4 * block[2]);
+    std::uint64_t rows = (cells | cells >> 1 | cells >> 2 | cells >> 3) & 0x1111111111111111;
+    while (rows != 0) {
+      const int place = std::countr_zero(rows) >> 2;
+      rows &= rows - 1;
+      const T* at = from + (place & 3) * row + (place >> 2) * slice;
+      hwy::Prefetch(at);
+      hwy::Prefetch(at + row);
+      hwy::Prefetch(at + slice);
+      hwy::Prefetch(at + slice + row);
+    }
+  }
+
   // The values at a cell's corners, less the iso value.
   HWY_INLINE void read_corners(const std::int32_t (&cell)[3], float (&values)[8]) const {
     const std::ptrdiff_t row = field_.dims[0], slice = row * field_.dims[1];
     const T* from =
         static_cast<const T*>(field_.voxels) + cell[0] + row * cell[1] + slice * cell[2];
-    T voxels[8];
+    alignas(16) T voxels[8];
     for (int edge = 0; edge < 4; ++edge) {
       std::memcpy(voxels + 2 * edge, from + (edge & 1) * row + (edge >> 1) * slice, 2 * sizeof(T));
     }
-    for (int n = 0; n < 8; ++n) {
-      values[n] = static_cast<float>(voxels[n]) - field_.iso - field_.iso_rest;
+    constexpr hn::CappedTag<float, 8> kEight;
+    for (std::size_t n = 0; n < 8; n += hn::Lanes(kEight)) {
+      const auto differences = hn::Sub(floats(kEight, voxels + n), hn::Set(kEight, field_.iso));
+      hn::Store(hn::Sub(differences, hn::Set(kEight, field_.iso_rest)), kEight, values + n);
+    }
+  }
+
+  template <class D>
+  static HWY_INLINE hn::Vec<D> floats(D d, const T* voxels) {
+    if constexpr (std::is_same_v<T, float>) {
+      return hn::LoadU(d, voxels);
+    } else {
+      const hn::RebindToSigned<D> integers;
+      return hn::ConvertTo(d, hn::PromoteTo(integers, hn::LoadU(hn::Rebind<T, D>(), voxels)));
     }
   }
 

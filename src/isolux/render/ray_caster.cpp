@@ -9,6 +9,7 @@
 
 #include "isolux/base/memory.h"
 #include "isolux/base/parallel.h"
+#include "isolux/render/fan_lanes.h"
 #include "isolux/render/further_points.h"
 #include "isolux/render/mesh_view.h"
 #include "isolux/render/tile_bounds.h"
@@ -127,7 +128,7 @@ class RayCaster::Eye {
       std::fill_n(rays.end + 16 * block, 16, view.bounds.far[at]);
     }
     if ((lanes & inside) == 0) return;
-    set_rays(view.fan, x0, y0, rays.origin, rays.direction);
+    aim(view.fan, x0, y0, rays);
     rays.is_beam = view.cells_apart(nearest_t) < kBeamCells;
     view.lanes->first_hits(rays, lanes & inside, hits);
     nearest.add(hits, number);
@@ -137,7 +138,7 @@ class RayCaster::Eye {
                   PacketHits& nearest) const {
     if (seen.view.is_empty_at(x0, y0)) return;
     RayLanes rays;
-    set_rays(world_, x0, y0, rays.origin, rays.direction);
+    aim(world_, x0, y0, rays);
     for (int n = 0; n < kLanes; ++n) {
       rays.begin[n] = 0;
       rays.end[n] = std::numeric_limits<float>::infinity();
@@ -153,23 +154,6 @@ class RayCaster::Eye {
     nearest.add(points, triangle, number);
   }
 
-  static void set_rays(const RayFan& fan, int x0, int y0, double (&origin)[3][kLanes],
-                       double (&direction)[3][kLanes]) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto fill = [&](const RayFan::Plane& plane, double* out) {
-        const double step_x = plane.along_x[axis], step_y = plane.along_y[axis];
-        double column[8];  // the summands of RayFan::Plane::at
-        for (int x = 0; x < 8; ++x) column[x] = plane.first[axis] + (x0 + x) * step_x;
-        for (int n = 0; n < kLanes; n += 4) {
-          const double row = (y0 + RayPacket::y_of(n)) * step_y;
-          for (int x = 0; x < 4; ++x) out[n + x] = column[RayPacket::x_of(n) + x] + row;
-        }
-      };
-      fill(fan.origin, origin[axis]);
-      fill(fan.direction, direction[axis]);
-    }
-  }
-
   std::uint32_t pixels_inside(int x0, int y0) const {
     if (x0 + 8 <= width_ && y0 + 4 <= height_) return ~0u;
     std::uint32_t lanes = 0;
@@ -181,17 +165,11 @@ class RayCaster::Eye {
 
   // From the fan's t to mm.
   void finish(int x0, int y0, PacketHits& hits) const {
-    double origin[3][kLanes], direction[3][kLanes];
-    set_rays(world_, x0, y0, origin, direction);
-    const auto& [dx, dy, dz] = direction;
-    double length[kLanes];
-    for (int n = 0; n < kLanes; ++n) {
-      length[n] = std::sqrt(dx[n] * dx[n] + dy[n] * dy[n] + dz[n] * dz[n]);
-    }
-    for (std::uint32_t rest = hits.hit; rest != 0; rest &= rest - 1) {
+    RayPacket rays;
+    aim(world_, x0, y0, rays);
+    for (std::uint32_t rest = measure(rays, hits); rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
-      hits.t[n] *= length[n];
-      hits.face(n, {dx[n], dy[n], dz[n]});
+      hits.face(n, rays.ray(n).direction);
     }
   }
 

@@ -5,6 +5,8 @@
 // Highway compiles what follows once for each instruction set.
 #include <hwy/highway.h>
 
+#include <cstring>
+
 #include "isolux/base/lane_math-inl.h"
 #include "isolux/render/relight_inputs.h"
 
@@ -84,13 +86,11 @@ HWY_INLINE Points points_at(const Inputs& in, std::size_t place, int x0, int y0,
   const Vector along = plane_at(in.direction[0], in.direction[1], in.direction[2], x, y);
   const VF scale = hn::Div(all(1.0f), hn::Sqrt(dot(along, along)));
   const Vector forward = scaled(along, scale);
-  alignas(64) float depths[SurfaceBuffer::kBlockPixels];
   const double* const from = in.buffer->depth_mm.data() + place;
   const hn::Rebind<double, hn::Half<decltype(kF)> > kD;
   const hn::Half<decltype(kF)> half;
-  hn::Store(hn::DemoteTo(half, hn::LoadU(kD, from)), half, depths);
-  hn::Store(hn::DemoteTo(half, hn::LoadU(kD, from + hn::Lanes(kD))), half, depths + hn::Lanes(kD));
-  const VF depth = hn::Load(kF, depths);
+  const VF depth = hn::Combine(kF, hn::DemoteTo(half, hn::LoadU(kD, from + hn::Lanes(kD))),
+                               hn::DemoteTo(half, hn::LoadU(kD, from)));
   Vector position = scaled(forward, depth);
   if (in.is_orthographic) {
     const Vector origin = plane_at(in.origin[0], in.origin[1], in.origin[2], x, y);
@@ -152,22 +152,50 @@ HWY_INLINE VI bytes_of(const Inputs& in, VF radiance) {
   return hn::Sub(base, more);
 }
 
-// The bytes of a block that lies wholly inside the picture.
+// As write_block, for a block that lies wholly inside the picture.
+HWY_INLINE void write_whole_block(const std::uint32_t* pixels, Picture& picture, int x0, int y0) {
+  constexpr hn::CappedTag<std::uint8_t, 16> kBytes;
+  alignas(16) static constexpr std::uint8_t kColours[16] = {0, 1,  2,  4,  5,  6,  8, 9,
+                                                            10, 12, 13, 14, 3, 7, 11, 15};
+  const auto colours = hn::Load(kBytes, kColours);
+  const std::size_t stride = 3 * static_cast<std::size_t>(picture.width);
+  std::uint8_t* row = picture.rgb.data() + static_cast<std::size_t>(y0) * stride + 3 * x0;
+  for (int y = 0; y < 4; ++y, row += stride) {
+    alignas(16) std::uint8_t packed[16];
+    const auto four = hn::Load(kBytes, reinterpret_cast<const std::uint8_t*>(pixels + 4 * y));
+    hn::Store(hn::TableLookupBytes(four, colours), kBytes, packed);
+    std::memcpy(row, packed, 12);
+  }
+}
+
+// The bytes of a block.
 void show_block(const Inputs& in, const Outputs& out, std::size_t place, int x0, int y0,
                 std::uint32_t hits) {
   alignas(64) std::uint32_t pixels[SurfaceBuffer::kBlockPixels];
   const hn::RebindToUnsigned<decltype(kF)> kU;
   for (std::size_t first = 0; first < SurfaceBuffer::kBlockPixels; first += hn::Lanes(kF)) {
     const std::size_t at = place + first;
-    const VI r = bytes_of(in, hn::LoadU(kF, out.total->r.data() + at));
-    const VI g = bytes_of(in, hn::LoadU(kF, out.total->g.data() + at));
-    const VI b = bytes_of(in, hn::LoadU(kF, out.total->b.data() + at));
+    const VF red = hn::LoadU(kF, out.total->r.data() + at),
+             green = hn::LoadU(kF, out.total->g.data() + at),
+             blue = hn::LoadU(kF, out.total->b.data() + at);
+    const MF lit = mask_of(hits, first);
+    const MF grey = hn::And(hn::Eq(red, green), hn::Eq(red, blue));
+    const VI r = bytes_of(in, red);
+    VI g = r, b = r;
+    if (!hn::AllFalse(kF, hn::AndNot(grey, lit))) {
+      g = bytes_of(in, green);
+      b = bytes_of(in, blue);
+    }
     const VI rgb = hn::Or(r, hn::Or(hn::ShiftLeft<8>(g), hn::ShiftLeft<16>(b)));
-    const auto hit = hn::RebindMask(kI, mask_of(hits, first));
+    const auto hit = hn::RebindMask(kI, lit);
     const VI background = hn::Set(kI, static_cast<std::int32_t>(in.background_bytes));
     hn::Store(hn::BitCast(kU, hn::IfThenElse(hit, rgb, background)), kU, pixels + first);
   }
-  write_block(pixels, *out.picture, x0, y0);
+  if (x0 + 4 <= out.picture->width && y0 + 4 <= out.picture->height) {
+    write_whole_block(pixels, *out.picture, x0, y0);
+  } else {
+    write_block(pixels, *out.picture, x0, y0);
+  }
 }
 
 // Ambient light, or kd E in its place; `irradiance` has the three channels of E, or nulls.

@@ -16,6 +16,15 @@ struct Range {
   double low, high;
 };
 
+struct Depths {
+  float near = kInfinity, far = 0;
+
+  void include(const Depths& other) {
+    near = std::min(near, other.near);
+    far = std::max(far, other.far);
+  }
+};
+
 // Cubes that are smaller than half of this cost more than what they tell.
 constexpr double kCubePixels = 16;
 
@@ -73,9 +82,9 @@ TileBounds::TileBounds(const SkipGrid& skip, const Affine& world_from_index, con
 
   std::mutex merging;
   const std::vector<SkipGrid::Block>& cubes = skip.cubes(level);
-  parallel_for(cubes.size(), cubes.size() / 4 + 1, [&](std::size_t begin, std::size_t end) {
-    std::vector<float> nearest(count, kInfinity), farthest(count, 0);
-    float nearest_everywhere = kInfinity, farthest_everywhere = 0;
+  parallel_for(cubes.size(), cubes.size() / 2 + 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<Depths> bounds(count);
+    Depths everywhere;
     for (std::size_t n = begin; n < end; ++n) {
       const auto [i, j, k] = cubes[n];
       const Vec3 center =
@@ -90,8 +99,7 @@ TileBounds::TileBounds(const SkipGrid& skip, const Affine& world_from_index, con
           return std::fabs(c) - wide > slope * (depth + reach.z);
         };
         if (outside(center.x, reach.x, slope_x) || outside(center.y, reach.y, slope_y)) continue;
-        nearest_everywhere = std::min(nearest_everywhere, front);
-        farthest_everywhere = std::max(farthest_everywhere, back);
+        everywhere.include({front, back});
         continue;
       }
       // Where on the picture the cube can be seen, as slopes (orthographic: in mm).
@@ -110,16 +118,15 @@ TileBounds::TileBounds(const SkipGrid& skip, const Affine& world_from_index, con
       for (int row = std::max(0, top); row <= std::min(tiles_y - 1, bottom); ++row) {
         const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(tiles_x);
         for (int column = std::max(0, left); column <= std::min(tiles_x - 1, right); ++column) {
-          const std::size_t tile = first + static_cast<std::size_t>(column);
-          nearest[tile] = std::min(nearest[tile], front);
-          farthest[tile] = std::max(farthest[tile], back);
+          bounds[first + static_cast<std::size_t>(column)].include({front, back});
         }
       }
     }
     const std::lock_guard lock(merging);
     for (std::size_t tile = 0; tile < count; ++tile) {
-      near[tile] = std::min({near[tile], nearest[tile], nearest_everywhere});
-      far[tile] = std::max({far[tile], farthest[tile], farthest_everywhere});
+      bounds[tile].include(everywhere);
+      near[tile] = std::min(near[tile], bounds[tile].near);
+      far[tile] = std::max(far[tile], bounds[tile].far);
     }
   });
 }
