@@ -1,9 +1,11 @@
 #include "isolux/bench/loose_rays.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <limits>
+#include <span>
 
 #include "isolux/base/mat3.h"
 #include "isolux/base/parallel.h"
@@ -13,13 +15,13 @@ namespace {
 
 constexpr std::size_t kCount = RayLanes::kCount;
 
-// How many rays have their bit in what met_of(rays in lanes, lanes in use) answers.
+constexpr std::size_t kPacketsAtOnce = IsoLanes::kPacketsAtOnce;
+
+// How many rays are left of the lanes in use by met_of(rays in lanes, lanes in use).
 template <typename MetOf>
 std::size_t count_met(const std::vector<Ray>& rays, const std::optional<Affine>& surface_from_world,
                       const MetOf& met_of) {
-  const auto count_of = [&](std::size_t first) {
-    const std::size_t count = std::min(kCount, rays.size() - first);
-    RayLanes lanes;
+  const auto set = [&](RayLanes& lanes, std::size_t first, std::size_t count) {
     for (std::size_t n = 0; n < kCount; ++n) {
       Ray ray = rays[first + std::min(n, count - 1)];
       if (surface_from_world) {
@@ -33,15 +35,23 @@ std::size_t count_met(const std::vector<Ray>& rays, const std::optional<Affine>&
       lanes.begin[n] = 0;
       lanes.end[n] = std::numeric_limits<float>::infinity();
     }
-    const std::uint32_t wanted = ~std::uint32_t{0} >> (kCount - count);
-    return static_cast<std::size_t>(std::popcount(met_of(lanes, wanted) & wanted));
   };
   std::atomic<std::size_t> met{0};
-  parallel_for((rays.size() + kCount - 1) / kCount, 256, [&](std::size_t begin, std::size_t end) {
-    std::size_t here = 0;
-    for (std::size_t packet = begin; packet < end; ++packet) here += count_of(kCount * packet);
-    met += here;
-  });
+  parallel_for(
+      (rays.size() + kCount - 1) / kCount, kPacketsAtOnce, [&](std::size_t begin, std::size_t end) {
+        std::array<RayLanes, kPacketsAtOnce> packets;
+        std::array<std::uint32_t, kPacketsAtOnce> lanes;
+        for (std::size_t p = begin; p < end; ++p) {
+          const std::size_t count = std::min(kCount, rays.size() - kCount * p);
+          set(packets[p - begin], kCount * p, count);
+          lanes[p - begin] = ~std::uint32_t{0} >> (kCount - count);
+        }
+        const std::size_t count = end - begin;
+        met_of(std::span<const RayLanes>(packets.data(), count), std::span(lanes.data(), count));
+        for (std::size_t p = 0; p < count; ++p) {
+          met += static_cast<std::size_t>(std::popcount(lanes[p]));
+        }
+      });
   return met;
 }
 
@@ -60,17 +70,21 @@ LooseRays::LooseRays(const SurfaceItem& surface) {
 std::size_t LooseRays::count_hits(const std::vector<Ray>& rays,
                                   const std::optional<Vec3>& lamp) const {
   if (lamp && tree_) return count_hidden(rays, *lamp);
-  return count_met(rays, surface_from_world_, [&](const RayLanes& lanes, std::uint32_t wanted) {
-    if (lamp) return lanes_->occluded(lanes, wanted);
-    if (tree_) {
-      MeshHitLanes hits;
-      tree_->first_hits(lanes, wanted, hits);
-      return hits.hit;
-    }
-    HitLanes hits;
-    lanes_->first_hits(lanes, wanted, hits);
-    return hits.hit;
-  });
+  return count_met(rays, surface_from_world_,
+                   [&](std::span<const RayLanes> packets, std::span<std::uint32_t> lanes) {
+                     if (lamp) return lanes_->occluded(packets, lanes);
+                     if (tree_) {
+                       for (std::size_t p = 0; p < packets.size(); ++p) {
+                         MeshHitLanes hits;
+                         tree_->first_hits(packets[p], lanes[p], hits);
+                         lanes[p] &= hits.hit;
+                       }
+                       return;
+                     }
+                     std::array<HitLanes, kPacketsAtOnce> hits;
+                     lanes_->first_hits(packets, lanes, std::span(hits).first(packets.size()));
+                     for (std::size_t p = 0; p < packets.size(); ++p) lanes[p] = hits[p].hit;
+                   });
 }
 
 std::size_t LooseRays::count_hidden(const std::vector<Ray>& rays, Vec3 lamp) const {

@@ -1,6 +1,7 @@
 #include "isolux/intersect/iso_lanes.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -87,9 +88,37 @@ std::optional<IsoHit> IsoLanes::hit_of_oracle(const RayLanes& rays, std::size_t 
   return hit->t < end ? hit : std::nullopt;
 }
 
+void IsoLanes::walk_all(std::span<const RayLanes> rays, std::span<const std::uint32_t> lanes,
+                        HitLanes* hits, std::span<lanes::Found> found) const {
+  std::array<lanes::Question, kPacketsAtOnce> questions;
+  for (std::size_t n = 0; n < rays.size(); ++n) {
+    questions[n] = {&rays[n], lanes[n], hits ? hits + n : nullptr, &found[n]};
+  }
+  lanes::walk(field(), {questions.data(), rays.size()});
+}
+
 void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& hits) const {
   lanes::Found found;
-  (rays.is_beam ? lanes::walk_beam : lanes::walk)(field(), rays, lanes, &hits, found);
+  if (rays.is_beam) {
+    lanes::walk_beam(field(), rays, lanes, &hits, found);
+  } else {
+    walk_all({&rays, 1}, {&lanes, 1}, &hits, {&found, 1});
+  }
+  complete(rays, found, hits);
+}
+
+void IsoLanes::first_hits(std::span<const RayLanes> rays, std::span<const std::uint32_t> lanes,
+                          std::span<HitLanes> hits) const {
+  for (std::size_t first = 0; first < rays.size(); first += kPacketsAtOnce) {
+    const std::size_t count = std::min(kPacketsAtOnce, rays.size() - first);
+    std::array<lanes::Found, kPacketsAtOnce> found;
+    walk_all(rays.subspan(first, count), lanes.subspan(first, count), &hits[first], found);
+    for (std::size_t n = 0; n < count; ++n) complete(rays[first + n], found[n], hits[first + n]);
+  }
+}
+
+// What the walk has left to the oracle.
+void IsoLanes::complete(const RayLanes& rays, const lanes::Found& found, HitLanes& hits) const {
   hits.hit = found.hit;
   hits.turned = found.turned;
   const auto world_direction = [&](std::size_t n) {
@@ -115,12 +144,30 @@ void IsoLanes::first_hits(const RayLanes& rays, std::uint32_t lanes, HitLanes& h
 
 std::uint32_t IsoLanes::occluded(const RayLanes& rays, std::uint32_t lanes) const {
   lanes::Found found;
-  (rays.is_beam ? lanes::walk_beam : lanes::walk)(field(), rays, lanes, nullptr, found);
+  if (rays.is_beam) {
+    lanes::walk_beam(field(), rays, lanes, nullptr, found);
+  } else {
+    walk_all({&rays, 1}, {&lanes, 1}, nullptr, {&found, 1});
+  }
+  return completed(rays, found);
+}
+
+void IsoLanes::occluded(std::span<const RayLanes> rays, std::span<std::uint32_t> lanes) const {
+  for (std::size_t first = 0; first < rays.size(); first += kPacketsAtOnce) {
+    const std::size_t count = std::min(kPacketsAtOnce, rays.size() - first);
+    std::array<lanes::Found, kPacketsAtOnce> found;
+    walk_all(rays.subspan(first, count), lanes.subspan(first, count), nullptr, found);
+    for (std::size_t n = 0; n < count; ++n) lanes[first + n] = completed(rays[first + n], found[n]);
+  }
+}
+
+std::uint32_t IsoLanes::completed(const RayLanes& rays, const lanes::Found& found) const {
+  std::uint32_t hit = found.hit;
   for (std::uint32_t rest = found.undecided; rest != 0; rest &= rest - 1) {
     const auto n = static_cast<std::size_t>(std::countr_zero(rest));
-    if (hit_of_oracle(rays, n)) found.hit |= 1u << n;
+    if (hit_of_oracle(rays, n)) hit |= 1u << n;
   }
-  return found.hit;
+  return hit;
 }
 
 }  // namespace isolux

@@ -243,6 +243,52 @@ TEST(IsoLanes, occluded_is_whether_the_oracle_finds_a_root_between_begin_and_end
   EXPECT_LT(close, 10);
 }
 
+TEST(IsoLanes, rays_of_many_packets_in_one_stream_have_the_bits_that_each_packet_has_alone) {
+  const std::array<int, 3> dims{19, 23, 17};
+  const auto same = [&]<typename T>(T low, T high, double iso) {
+    const auto volume = std::make_shared<const Volume>(random_volume<T>(dims, 10, low, high));
+    const auto bricks = std::make_shared<const BrickGrid>(*volume);
+    const IsoLanes lanes(IsoSurface(volume, bricks, iso), *bricks);
+    RandomRays random(dims, 18);
+    int met = 0;
+    // As few and as many as go together, and more; packets without a lane among them.
+    for (const std::size_t count : {std::size_t{1}, std::size_t{2}, IsoLanes::kPacketsAtOnce,
+                                    2 * IsoLanes::kPacketsAtOnce + 3, std::size_t{100}}) {
+      std::vector<RayLanes> rays(count);
+      std::vector<std::uint32_t> asked(count);
+      for (std::size_t p = 0; p < count; ++p) {
+        rays[p] = pieces_of_rays(random);
+        asked[p] = p % 5 == 3 ? 0 : p % 3 == 0 ? ~0u : random.integer();
+      }
+      std::vector<HitLanes> together(count);
+      std::vector<std::uint32_t> occluded = asked;
+      lanes.first_hits(rays, asked, together);
+      lanes.occluded(rays, occluded);
+      for (std::size_t p = 0; p < count; ++p) {
+        HitLanes alone;
+        lanes.first_hits(rays[p], asked[p], alone);
+        ASSERT_EQ(together[p].hit, alone.hit) << p << " of " << count;
+        ASSERT_EQ(together[p].hit & ~asked[p], 0u);
+        EXPECT_EQ(occluded[p], alone.hit);
+        EXPECT_EQ(together[p].turned & alone.hit, alone.turned & alone.hit);
+        for (int n = 0; n < RayLanes::kCount; ++n) {
+          if (!(alone.hit >> n & 1)) continue;
+          ++met;
+          EXPECT_EQ(together[p].t[n], alone.t[n]);
+          for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_EQ(together[p].normal[axis][n], alone.normal[axis][n]);
+          }
+        }
+      }
+    }
+    EXPECT_GT(met, 100);
+  };
+  same(std::uint8_t{0}, std::uint8_t{255}, 200.5);
+  same(std::int16_t{-1000}, std::int16_t{1000}, 700);
+  same(std::uint16_t{0}, std::uint16_t{60000}, 50000);
+  same(-1.0f, 1.0f, 0.7);
+}
+
 TEST(IsoLanes, a_root_counts_before_the_end_and_after_the_beginning) {
   // In z the field is z, so a ray up from z = 0 meets the iso value 3.5 at t = 3.5 exactly.
   Volume ramp;

@@ -119,15 +119,19 @@ class BeamLanes : public LaneRays<T, kWide> {
  public:
   HWY_INLINE void begin(const Field& field, const RayLanes& rays, std::size_t first,
                         std::uint32_t lanes) {
-    rest_ = this->start(field, rays, first, lanes);
+    unchosen_ = this->start(field, rays, first, lanes);
+    rays_ = &rays;
+    first_ = first;
+    met_lanes_ = hn::FirstN(kF, 0);
+    forget();
     for (int a = 0; a < 3; ++a) {
       base_[a] = hn::ConvertTo(kF, axis_[a].base);
       still_[a] = hn::Eq(axis_[a].direction, hn::Zero(kF));
-      has_still_[a] = !hn::AllFalse(kF, hn::And(still_[a], rest_));
+      has_still_[a] = !hn::AllFalse(kF, hn::And(still_[a], unchosen_));
     }
   }
   // Lanes that have not been chosen yet.
-  HWY_INLINE std::uint32_t rest() const { return bits_of(rest_); }
+  HWY_INLINE std::uint32_t rest() const { return bits_of(unchosen_); }
 
   // The way of each lane: the axis along which it runs most, and the signs of its direction.
   HWY_INLINE VI ways() const {
@@ -147,8 +151,8 @@ class BeamLanes : public LaneRays<T, kWide> {
   }
   // Takes the lanes that run this way.
   HWY_INLINE void choose(std::int32_t way) {
-    left_ = hn::And(rest_, hn::RebindMask(kF, hn::Eq(ways(), hn::Set(kI, way))));
-    rest_ = hn::AndNot(left_, rest_);
+    left_ = hn::And(unchosen_, hn::RebindMask(kF, hn::Eq(ways(), hn::Set(kI, way))));
+    unchosen_ = hn::AndNot(left_, unchosen_);
   }
   HWY_INLINE bool is_left() const { return !hn::AllFalse(kF, left_); }
 
@@ -209,18 +213,74 @@ class BeamLanes : public LaneRays<T, kWide> {
     return !hn::AllFalse(kF, in_cell_);
   }
   HWY_INLINE void look(const std::int32_t (&cell)[3], const float (&values)[8]) {
-    const MF on = this->look_in(in_cell_, cell, values, t_, next_t_);
+    MF on = in_cell_;
+    Meeting meeting;
+    const MF met = this->look_in(on, cell, values, t_, next_t_, meeting);
     left_ = hn::Or(hn::AndNot(in_cell_, left_), on);
+    if (!hn::AllFalse(kF, met)) keep(met, meeting);
+  }
+
+  HWY_INLINE void end(HitLanes* hits, Found& found) {
+    const MF undecided = Base::undecided_;
+    if (hn::AllFalse(kF, hn::Or(met_lanes_, undecided))) return;
+    met_.from = Base::from_;
+    for (int a = 0; a < 3; ++a) met_.direction[a] = axis_[a].direction;
+    const Outcome is = outcome_of<T, kWide>(*field_, met_lanes_, met_,
+                                            hn::Load(kF, rays_->end + first_), hits != nullptr);
+    found.undecided |= bits_of(hn::Or(undecided, hn::AndNot(is.sound, met_lanes_))) << first_;
+    found.hit |= bits_of(is.hit) << first_;
+    if (!hits) return;
+    store(is.t, hits->t + first_);
+    for (int a = 0; a < 3; ++a) {
+      hn::Store(met_.piece.cell[a], kI, found.cell[a] + first_);
+      hn::Store(is.local[a], kF, found.local[a] + first_);
+      hn::Store(is.normal[a], kF, hits->normal[a] + first_);
+    }
+    found.turned |= bits_of(is.turned) << first_;
+    found.without_normal |= bits_of(is.without_normal) << first_;
   }
 
  private:
+  HWY_INLINE void forget() {
+    const VF zero = hn::Zero(kF);
+    met_.cubic = {zero, zero, zero, zero};
+    met_.low = met_.high = met_.piece.t = met_.piece.span = zero;
+    for (int a = 0; a < 3; ++a) {
+      met_.piece.entry[a] = met_.piece.step[a] = zero;
+      met_.piece.cell[a] = hn::Zero(kI);
+    }
+  }
+  HWY_INLINE void keep(MF lanes, const Meeting& meeting) {
+    met_lanes_ = hn::Or(met_lanes_, lanes);
+    const auto take = [lanes](VF value, VF& place)
+                          HWY_ATTR { place = hn::IfThenElse(lanes, value, place); };
+    take(meeting.cubic.c0, met_.cubic.c0);
+    take(meeting.cubic.c1, met_.cubic.c1);
+    take(meeting.cubic.c2, met_.cubic.c2);
+    take(meeting.cubic.c3, met_.cubic.c3);
+    take(meeting.low, met_.low);
+    take(meeting.high, met_.high);
+    take(meeting.piece.t, met_.piece.t);
+    take(meeting.piece.span, met_.piece.span);
+    for (int a = 0; a < 3; ++a) {
+      take(meeting.piece.entry[a], met_.piece.entry[a]);
+      take(meeting.piece.step[a], met_.piece.step[a]);
+      met_.piece.cell[a] =
+          hn::IfThenElse(hn::RebindMask(kI, lanes), meeting.piece.cell[a], met_.piece.cell[a]);
+    }
+  }
+
+  const RayLanes* rays_;
+  std::size_t first_;
   VF base_[3];
   MF still_[3];
   bool has_still_[3];
-  MF rest_, left_;
+  MF unchosen_, left_;
   VF planes_[3][5];  // t of a block's planes, in the order of the lanes' way
   MF in_row_, in_cell_;
   VF row_t_, row_next_t_, t_, next_t_;
+  MF met_lanes_;
+  Meeting met_;  // of these
 };
 
 // All lanes, where they run much the same way: the blocks that any of them can pass are looked up
@@ -399,17 +459,16 @@ class Beam {
   // Asks for the voxels of these cells, so that they are there when their turn comes.
   HWY_INLINE void fetch_rows(const std::int32_t (&block)[3], std::uint64_t cells) const {
     const std::ptrdiff_t row = field_.dims[0], slice = row * field_.dims[1];
-    const T* from = static_cast<const T*>(field_.voxels) + 4 * block[0] + row * (4 * block[1]) +
-                    slice * (4 * block[2]);
+    const T* corner = static_cast<const T*>(field_.voxels) + 4 * block[0] + row * (4 * block[1]) +
+                      slice * (4 * block[2]);
     std::uint64_t rows = (cells | cells >> 1 | cells >> 2 | cells >> 3) & 0x1111111111111111;
     while (rows != 0) {
       const int place = std::countr_zero(rows) >> 2;
       rows &= rows - 1;
-      const T* at = from + (place & 3) * row + (place >> 2) * slice;
-      hwy::Prefetch(at);
-      hwy::Prefetch(at + row);
-      hwy::Prefetch(at + slice);
-      hwy::Prefetch(at + slice + row);
+      const T* first = corner + (place & 3) * row + (place >> 2) * slice;
+      for (const std::ptrdiff_t at : {std::ptrdiff_t{0}, row, slice, slice + row}) {
+        hwy::Prefetch(first + at);
+      }
     }
   }
 

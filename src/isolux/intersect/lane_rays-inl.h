@@ -32,14 +32,34 @@ HWY_INLINE VF plane_t(const Axis& axis, VI plane) {
   return hn::MulAdd(hn::ConvertTo(kF, plane), axis.inverse, axis.offset);
 }
 
-// The rays of one vector: where they run, and where they have met the surface.
+// A piece of the rays of a vector, in the coordinates of one cell for each lane.
+struct Piece {
+  VI cell[3];
+  VF t, span;  // t is counted from where the ray begins
+  VF entry[3], step[3];
+};
+
+// Rays that have met the surface, a vector of them: the field along each in its cell.
+struct Meeting {
+  Cubic cubic;
+  VF low, high;  // the root lies between
+  Piece piece;
+  VF from, direction[3];  // of the ray: where t is 0, and its direction
+};
+
+// What that comes to.
+struct Outcome {
+  MF sound;  // else floats cannot tell
+  MF hit;    // before the ray's end
+  Doubles t;
+  VF local[3];
+  VF normal[3];
+  MF turned, without_normal;
+};
+
+// The rays of one vector: where they run.
 template <typename T, bool kWide>
 class LaneRays {
- public:
-  HWY_INLINE void end(HitLanes* hits, Found& found) {
-    if (!hn::AllFalse(kF, hn::Or(met_lanes_, undecided_))) finish(hits, found);
-  }
-
  protected:
   // Clips the rays from the `first` on to the volume and settles where each walk begins. Returns
   // those of `lanes` that pass through the volume.
@@ -88,20 +108,14 @@ class LaneRays {
     rest_ = hn::Mul(hn::Set(kF, 4 * kRounding), hn::Add(from_, end_));
     const Doubles from_d = to_doubles(from_);
     for (int a = 0; a < 3; ++a) settle(a, from_d, still[a]);
-    met_lanes_ = undecided_ = hn::FirstN(kF, 0);
+    undecided_ = hn::FirstN(kF, 0);
     side_ = zero;
-    met_.cubic = {zero, zero, zero, zero};
-    met_.low = met_.high = met_.piece.t = met_.piece.span = zero;
-    for (int a = 0; a < 3; ++a) {
-      met_.piece.entry[a] = met_.piece.step[a] = zero;
-      met_.piece.cell[a] = hn::Zero(kI);
-    }
     return active;
   }
 
   // Looks for the surface in a cell of each of these lanes, where it is from t to next_t. Returns
-  // the lanes that go on.
-  HWY_INLINE MF look_in(MF lanes, const VI (&cell)[3], VF t, VF next_t) {
+  // the lanes that meet it there, and leaves in `lanes` those that go on.
+  HWY_INLINE MF look_in(MF& lanes, const VI (&cell)[3], VF t, VF next_t, Meeting& met) {
     Doubles corner[3];
     for (int a = 0; a < 3; ++a) {
       corner[a] = to_doubles(hn::ConvertTo(kF, cell[a]));
@@ -116,12 +130,12 @@ class LaneRays {
     if (field_->iso_rest != 0) {
       for (VF& value : c) value = hn::Sub(value, hn::Set(kF, field_->iso_rest));
     }
-    return looked(lanes, piece_in(cell, corner, t, next_t), c);
+    return looked(lanes, piece_in(cell, corner, t, next_t), c, met);
   }
 
   // The same in one cell for all lanes; `values`: its corners, less the iso value.
-  HWY_INLINE MF look_in(MF lanes, const std::int32_t (&cell)[3], const float (&values)[8], VF t,
-                        VF next_t) {
+  HWY_INLINE MF look_in(MF& lanes, const std::int32_t (&cell)[3], const float (&values)[8], VF t,
+                        VF next_t, Meeting& met) {
     VI at[3];
     Doubles corner[3];
     for (int a = 0; a < 3; ++a) {
@@ -130,17 +144,10 @@ class LaneRays {
     }
     VF c[8];
     for (int n = 0; n < 8; ++n) c[n] = hn::Set(kF, values[n]);
-    return looked(lanes, piece_in(at, corner, t, next_t), c);
+    return looked(lanes, piece_in(at, corner, t, next_t), c, met);
   }
 
  private:
-  // A piece of the rays, in the coordinates of one cell for each lane.
-  struct Piece {
-    VI cell[3];
-    VF t, span;
-    VF entry[3], step[3];
-  };
-
   HWY_INLINE Piece piece_in(const VI (&cell)[3], const Doubles (&corner)[3], VF t,
                             VF next_t) const {
     Piece piece;
@@ -150,7 +157,7 @@ class LaneRays {
     piece.span = hn::Add(hn::Sub(next_t, t), hn::IfThenElseZero(leaving, rest_));
     const Doubles along = to_doubles(t);
     for (int a = 0; a < 3; ++a) {
-      const Doubles &from = place_[a], &d = direction_[a];
+      const Doubles from = load(place_[a]), d = load(direction_[a]);
       piece.cell[a] = cell[a];
       piece.entry[a] =
           to_floats({hn::MulAdd(d.low, along.low, hn::Sub(from.low, corner[a].low)),
@@ -164,8 +171,8 @@ class LaneRays {
     Axis& axis = axis_[a];
     const Doubles o = load(rays_->origin[a] + first_), d = load(rays_->direction[a] + first_);
     const VD low = hn::MulAdd(d.low, from.low, o.low), high = hn::MulAdd(d.high, from.high, o.high);
-    place_[a] = {low, high};
-    direction_[a] = d;
+    store({low, high}, place_[a]);
+    store(d, direction_[a]);
     const std::int32_t last = field_->dims[a] - 2;
     const VI cell = hn::Min(hn::Max(nearest_int(hn::Floor(to_floats({low, high}))), hn::Set(kI, 0)),
                             hn::Set(kI, last));
@@ -186,14 +193,14 @@ class LaneRays {
     cell_[a] = hn::Sub(cell, axis.base);
   }
 
-  HWY_INLINE MF looked(MF lanes, const Piece& piece, const VF (&c)[8]) {
-    const MF met = solve(lanes, piece, c);
-    met_lanes_ = hn::Or(met_lanes_, met);
-    return hn::AndNot(hn::Or(met, undecided_), lanes);
+  HWY_INLINE MF looked(MF& lanes, const Piece& piece, const VF (&c)[8], Meeting& meeting) {
+    const MF met = solve(lanes, piece, c, meeting);
+    lanes = hn::AndNot(hn::Or(met, undecided_), lanes);
+    return met;
   }
 
   // Looks for the first root in a piece of the active rays; c: the corners, less the iso value.
-  HWY_INLINE MF solve(MF active, const Piece& piece, const VF (&c)[8]) {
+  HWY_INLINE MF solve(MF active, const Piece& piece, const VF (&c)[8], Meeting& meeting) {
     Cubic p = along(c, piece.entry, piece.step);
     // Turned so that the side where the ray comes from is positive.
     const VF zero = hn::Zero(kF), doubt = hn::Set(kF, field_->doubt);
@@ -224,104 +231,11 @@ class LaneRays {
       low = hn::IfThenElse(look, change.low, low);
       high = hn::IfThenElse(look, change.high, high);
     }
-    keep(met, p.c0, met_.cubic.c0);
-    keep(met, p.c1, met_.cubic.c1);
-    keep(met, p.c2, met_.cubic.c2);
-    keep(met, p.c3, met_.cubic.c3);
-    keep(met, low, met_.low);
-    keep(met, high, met_.high);
-    keep(met, piece.t, met_.piece.t);
-    keep(met, piece.span, met_.piece.span);
-    for (int a = 0; a < 3; ++a) {
-      keep(met, piece.entry[a], met_.piece.entry[a]);
-      keep(met, piece.step[a], met_.piece.step[a]);
-      met_.piece.cell[a] =
-          hn::IfThenElse(hn::RebindMask(kI, met), piece.cell[a], met_.piece.cell[a]);
-    }
+    meeting.cubic = p;
+    meeting.low = low;
+    meeting.high = high;
+    meeting.piece = piece;
     return met;
-  }
-
-  static HWY_INLINE void keep(MF lanes, VF value, VF& place) {
-    place = hn::IfThenElse(lanes, value, place);
-  }
-
-  // Where exactly the lanes that met the surface did so, and whether before the ray's end.
-  HWY_INLINE void finish(HitLanes* hits, Found& found) {
-    const VF zero = hn::Zero(kF), one = hn::Set(kF, 1.0f);
-    VF value;
-    const VF s =
-        zero_between(met_.cubic, met_.low, met_.high, hn::Set(kF, 0.05f * field_->doubt), value);
-    MF sound = hn::Le(hn::Abs(value), hn::Set(kF, 0.5f * field_->doubt));
-    // Where the walk began it may still have been outside the volume, by a rounding.
-    const VF along = hn::Mul(s, met_.piece.span);
-    sound = hn::And(
-        sound, hn::Gt(hn::Add(met_.piece.t, along), hn::Mul(hn::Set(kF, 4 * kRounding), from_)));
-    // Between two cells the walk's floats may keep to the wrong one for a hair's breadth.
-    VF local[3];
-    for (int a = 0; a < 3; ++a) {
-      const VF exact = hn::MulAdd(s, met_.piece.step[a], met_.piece.entry[a]);
-      local[a] = hn::Min(hn::Max(exact, zero), one);
-      sound = hn::And(sound, hn::Le(hn::Abs(hn::Sub(exact, local[a])), hn::Set(kF, 5e-7f)));
-    }
-    undecided_ = hn::Or(undecided_, hn::AndNot(sound, met_lanes_));
-    found.undecided |= bits_of(undecided_) << first_;
-
-    const Doubles from = to_doubles(from_), in = to_doubles(met_.piece.t), rest = to_doubles(along);
-    const Doubles t = {hn::Add(hn::Add(from.low, in.low), rest.low),
-                       hn::Add(hn::Add(from.high, in.high), rest.high)};
-    const Doubles end = to_doubles(hn::Load(kF, rays_->end + first_));
-    const MF hit = hn::And(hn::And(met_lanes_, sound), is_less(t, end));
-    found.hit |= bits_of(hit) << first_;
-    if (!hits) return;
-    hn::Store(t.low, kD, hits->t + first_);
-    hn::Store(t.high, kD, hits->t + first_ + hn::Lanes(kD));
-    for (int a = 0; a < 3; ++a) {
-      hn::Store(met_.piece.cell[a], kI, found.cell[a] + first_);
-      hn::Store(local[a], kF, found.local[a] + first_);
-    }
-    MF turned = hn::FirstN(kF, 0);
-    const MF without = normals(hit, local, turned, *hits);
-    found.turned |= bits_of(turned) << first_;
-    found.without_normal |= bits_of(without) << first_;
-  }
-
-  // The trilinear blend of central differences, carried into world space. Returns the lanes where
-  // it must be looked at more closely: at the volume's border, or where it all but vanishes.
-  HWY_INLINE MF normals(MF hit, const VF (&local)[3], MF& turned, HitLanes& hits) {
-    MI inner = hn::RebindMask(kI, hit);
-    for (int a = 0; a < 3; ++a) {
-      inner = hn::And(inner, hn::And(hn::Gt(met_.piece.cell[a], hn::Zero(kI)),
-                                     hn::Lt(met_.piece.cell[a], hn::Set(kI, field_->dims[a] - 2))));
-    }
-    const MF whole = hn::RebindMask(kF, inner);
-    if (hn::AllFalse(kF, whole)) return hit;
-    const Voxels<T, kWide> voxels(*field_, met_.piece.cell, inner, 1);
-    VF gradient[3], spread = hn::Zero(kF);
-    voxels.gradient(local, gradient, spread);
-    VF n[3];
-    VF square = hn::Zero(kF);
-    for (int row = 0; row < 3; ++row) {
-      const float(&m)[3] = field_->world_from_covector[row];
-      VF sum = hn::Mul(hn::Set(kF, m[0]), gradient[0]);
-      sum = hn::MulAdd(hn::Set(kF, m[1]), gradient[1], sum);
-      n[row] = hn::Neg(hn::MulAdd(hn::Set(kF, m[2]), gradient[2], sum));
-      square = hn::MulAdd(n[row], n[row], square);
-    }
-    // The normal is -M^-T g, so its product with the world direction M d is -g . d.
-    VF product = hn::Mul(gradient[0], axis_[0].direction);
-    for (int a = 1; a < 3; ++a) product = hn::MulAdd(gradient[a], axis_[a].direction, product);
-    turned = hn::And(whole, hn::Lt(product, hn::Zero(kF)));
-    const VF length = hn::Sqrt(square);
-    const VF to_origin = hn::IfThenElse(turned, hn::Neg(length), length);
-    for (int row = 0; row < 3; ++row) {
-      hn::Store(hn::Div(n[row], to_origin), kF, hits.normal[row] + first_);
-    }
-    VF longest = hn::Abs(gradient[0]);
-    for (int a = 1; a < 3; ++a) longest = hn::Max(longest, hn::Abs(gradient[a]));
-    const MF sound =
-        hn::And(hn::Gt(longest, hn::Mul(hn::Set(kF, 1e-4f), spread)),
-                hn::And(hn::Gt(square, hn::Set(kF, 1e-30f)), hn::Lt(square, hn::Set(kF, 1e30f))));
-    return hn::AndNot(hn::And(whole, sound), hit);
   }
 
  protected:
@@ -329,23 +243,86 @@ class LaneRays {
   Axis axis_[3];
   VI cell_[3];     // where a lane starts, from its base
   VF from_, end_;  // t is counted from `from_`
+  VF rest_;        // a rounding of t
+  VF side_;        // the field's sign where the ray comes from; 0: not yet known
   MF undecided_;
+  // In the volume, where t is 0; of all lanes of the vector.
+  alignas(64) double place_[3][RayLanes::kCount / 2], direction_[3][RayLanes::kCount / 2];
 
  private:
   const RayLanes* rays_;
   std::size_t first_;
-  Doubles place_[3], direction_[3];  // in the volume, where t is 0
-  VF rest_;                          // a rounding of t
-  MF met_lanes_;
-  VF side_;  // the field's sign where the ray comes from; 0: not yet known
-
-  // What is known of the lanes that met the surface: the field in that cell, along the ray.
-  struct {
-    Cubic cubic;
-    VF low, high;  // the root lies between
-    Piece piece;
-  } met_;
 };
+
+// The trilinear blend of central differences, carried into world space; and the lanes where it must
+// be looked at more closely: at the volume's border, or where it all but vanishes.
+template <typename T, bool kWide>
+HWY_INLINE void set_normals(const Field& field, const Meeting& at, Outcome& result) {
+  MI inner = hn::RebindMask(kI, result.hit);
+  for (int a = 0; a < 3; ++a) {
+    inner = hn::And(inner, hn::And(hn::Gt(at.piece.cell[a], hn::Zero(kI)),
+                                   hn::Lt(at.piece.cell[a], hn::Set(kI, field.dims[a] - 2))));
+    result.normal[a] = hn::Zero(kF);
+  }
+  const MF whole = hn::RebindMask(kF, inner);
+  result.without_normal = result.hit;
+  if (hn::AllFalse(kF, whole)) return;
+  const Voxels<T, kWide> voxels(field, at.piece.cell, inner, 1);
+  VF gradient[3], spread = hn::Zero(kF);
+  voxels.gradient(result.local, gradient, spread);
+  VF n[3];
+  VF square = hn::Zero(kF);
+  for (int row = 0; row < 3; ++row) {
+    const float(&m)[3] = field.world_from_covector[row];
+    VF sum = hn::Mul(hn::Set(kF, m[0]), gradient[0]);
+    sum = hn::MulAdd(hn::Set(kF, m[1]), gradient[1], sum);
+    n[row] = hn::Neg(hn::MulAdd(hn::Set(kF, m[2]), gradient[2], sum));
+    square = hn::MulAdd(n[row], n[row], square);
+  }
+  // The normal is -M^-T g, so its product with the world direction M d is -g . d.
+  VF product = hn::Mul(gradient[0], at.direction[0]);
+  for (int a = 1; a < 3; ++a) product = hn::MulAdd(gradient[a], at.direction[a], product);
+  result.turned = hn::And(whole, hn::Lt(product, hn::Zero(kF)));
+  const VF length = hn::Sqrt(square);
+  const VF to_origin = hn::IfThenElse(result.turned, hn::Neg(length), length);
+  for (int row = 0; row < 3; ++row) result.normal[row] = hn::Div(n[row], to_origin);
+  VF longest = hn::Abs(gradient[0]);
+  for (int a = 1; a < 3; ++a) longest = hn::Max(longest, hn::Abs(gradient[a]));
+  const MF sound =
+      hn::And(hn::Gt(longest, hn::Mul(hn::Set(kF, 1e-4f), spread)),
+              hn::And(hn::Gt(square, hn::Set(kF, 1e-30f)), hn::Lt(square, hn::Set(kF, 1e30f))));
+  result.without_normal = hn::AndNot(hn::And(whole, sound), result.hit);
+}
+
+// Where exactly the lanes `met` meet the surface, and whether before the rays' ends; with normals
+// on wish.
+template <typename T, bool kWide>
+HWY_INLINE Outcome outcome_of(const Field& field, MF met, const Meeting& at, VF ends,
+                              bool with_normals) {
+  Outcome result;
+  const VF zero = hn::Zero(kF), one = hn::Set(kF, 1.0f);
+  VF value;
+  const VF s = zero_between(at.cubic, at.low, at.high, hn::Set(kF, 0.05f * field.doubt), value);
+  MF sound = hn::Le(hn::Abs(value), hn::Set(kF, 0.5f * field.doubt));
+  // Where the walk began it may still have been outside the volume, by a rounding.
+  const VF along = hn::Mul(s, at.piece.span);
+  sound = hn::And(sound,
+                  hn::Gt(hn::Add(at.piece.t, along), hn::Mul(hn::Set(kF, 4 * kRounding), at.from)));
+  // Between two cells the walk's floats may keep to the wrong one for a hair's breadth.
+  for (int a = 0; a < 3; ++a) {
+    const VF exact = hn::MulAdd(s, at.piece.step[a], at.piece.entry[a]);
+    result.local[a] = hn::Min(hn::Max(exact, zero), one);
+    sound = hn::And(sound, hn::Le(hn::Abs(hn::Sub(exact, result.local[a])), hn::Set(kF, 5e-7f)));
+  }
+  const Doubles from = to_doubles(at.from), in = to_doubles(at.piece.t), rest = to_doubles(along);
+  result.t = {hn::Add(hn::Add(from.low, in.low), rest.low),
+              hn::Add(hn::Add(from.high, in.high), rest.high)};
+  result.sound = sound;
+  result.hit = hn::And(hn::And(met, sound), is_less(result.t, to_doubles(ends)));
+  result.turned = result.without_normal = hn::FirstN(kF, 0);
+  if (with_normals) set_normals<T, kWide>(field, at, result);
+  return result;
+}
 
 }  // namespace isolux::lanes::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -32,6 +32,10 @@ struct Doubles {
 HWY_INLINE Doubles load(const double* from) {
   return {hn::Load(kD, from), hn::Load(kD, from + hn::Lanes(kD))};
 }
+HWY_INLINE void store(const Doubles& v, double* to) {
+  hn::Store(v.low, kD, to);
+  hn::Store(v.high, kD, to + hn::Lanes(kD));
+}
 HWY_INLINE Doubles to_doubles(VF v) {
   return {hn::PromoteTo(kD, hn::LowerHalf(kHalfF, v)), hn::PromoteTo(kD, hn::UpperHalf(kHalfF, v))};
 }

@@ -5,6 +5,9 @@
 // Highway compiles what follows once for each instruction set.
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <bit>
+
 #include "isolux/intersect/lane_rays-inl.h"
 #include "isolux/intersect/lane_walk.h"
 
@@ -15,11 +18,14 @@ namespace {
 #if HWY_TARGET == HWY_SCALAR
 
 // A machine without SSE4: the oracle does everything.
-void walk_here(const Field&, const RayLanes&, std::uint32_t lanes, HitLanes*, Found& found) {
-  found.undecided = lanes;
+void walk_here(const Field&, std::span<const Question> questions) {
+  for (const Question& question : questions) question.found->undecided = question.lanes;
 }
 
 #else
+
+constexpr std::size_t kStep = hn::MaxLanes(kF);
+constexpr std::uint32_t kAllLanes = (1u << kStep) - 1;
 
 // The lanes of one vector on their way through the volume, each for itself.
 template <typename T, bool kWide>
@@ -33,8 +39,8 @@ class Walk : public LaneRays<T, kWide> {
  public:
   HWY_INLINE void begin(const Field& field, const RayLanes& rays, std::size_t first,
                         std::uint32_t lanes) {
-    active_ = this->start(field, rays, first, lanes);
-    walking_ = candidates_ = hn::FirstN(kF, 0);
+    const MF active = this->start(field, rays, first, lanes);
+    candidates_ = hn::FirstN(kF, 0);
     t_ = next_t_ = hn::Zero(kF);
     for (int a = 0; a < 3; ++a) next_cell_[a] = hn::Zero(kI);
     const std::int32_t stride[3] = {1, field_->block_stride_y, field_->block_stride_z};
@@ -45,15 +51,50 @@ class Walk : public LaneRays<T, kWide> {
       const VI down = hn::IfThenZeroElse(hn::RebindMask(kI, axis_[a].up), hn::Set(kI, 4 << a));
       octant_bits_ = hn::Or(octant_bits_, down);
     }
+    walking_ = hn::And(active, hn::Lt(t_, end_));
   }
 
-  // Whether any lane still has somewhere to go. Then all of them walk.
-  HWY_INLINE bool set_out() {
-    walking_ = hn::And(active_, hn::Lt(t_, end_));
-    candidates_ = hn::FirstN(kF, 0);
-    return is_walking();
+  // Those with somewhere to go; after look() the others are free to take another ray.
+  HWY_INLINE std::uint32_t walking() const { return bits_of(walking_); }
+
+  // Lanes take the rays of `other`, each that of lane `which`.
+  HWY_INLINE void take(const Walk& other, std::uint32_t lanes, const std::int32_t* which) {
+    const MF taken = mask_of(lanes);
+    const auto from = hn::SetTableIndices(kF, which);
+    const auto take_floats = [&](VF& mine, VF theirs) HWY_ATTR {
+      mine = hn::IfThenElse(taken, hn::TableLookupLanes(theirs, from), mine);
+    };
+    const auto take_integers = [&](VI& mine, VI theirs) HWY_ATTR {
+      VF bits = hn::BitCast(kF, mine);
+      take_floats(bits, hn::BitCast(kF, theirs));
+      mine = hn::BitCast(kI, bits);
+    };
+    for (int a = 0; a < 3; ++a) {
+      Axis& axis = axis_[a];
+      take_floats(axis.direction, other.axis_[a].direction);
+      take_floats(axis.cell_origin, other.axis_[a].cell_origin);
+      take_floats(axis.inverse, other.axis_[a].inverse);
+      take_floats(axis.offset, other.axis_[a].offset);
+      axis.up = hn::Gt(axis.direction, hn::Zero(kF));
+      take_integers(axis.base, other.axis_[a].base);
+      take_integers(cell_[a], other.cell_[a]);
+    }
+    take_floats(Base::from_, other.from_);
+    take_floats(end_, other.end_);
+    take_floats(Base::rest_, other.rest_);
+    take_integers(block_, other.block_);
+    take_integers(octant_bits_, other.octant_bits_);
+    Base::side_ = hn::IfThenZeroElse(taken, Base::side_);
+    t_ = hn::IfThenZeroElse(taken, t_);
+    walking_ = hn::Or(walking_, taken);
+    for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
+      const int to = std::countr_zero(rest);
+      for (int a = 0; a < 3; ++a) {
+        Base::place_[a][to] = other.place_[a][which[to]];
+        Base::direction_[a][to] = other.direction_[a][which[to]];
+      }
+    }
   }
-  HWY_INLINE bool is_walking() const { return !hn::AllFalse(kF, walking_); }
 
   // One step of the walking lanes. Those that come to stand in a cell that can hold the surface
   // stop there; where they would go next is in next_t_ and next_cell_.
@@ -122,77 +163,244 @@ class Walk : public LaneRays<T, kWide> {
     walking_ = hn::And(hn::AndNot(found, walking_), hn::Lt(t_, end_));
   }
 
-  // Looks for the surface in the cells where walking lanes have stopped.
-  HWY_INLINE void look() {
-    active_ = candidates_;
-    if (hn::AllFalse(kF, active_)) return;
+  // Looks for the surface in the cells where lanes have stopped. Returns those that meet it there;
+  // `undecided` are those of which the oracle must tell. The others go on.
+  HWY_INLINE MF look(Meeting& met, std::uint32_t& undecided) {
+    undecided = 0;
+    MF onward = candidates_;
+    if (hn::AllFalse(kF, onward)) return onward;
+    candidates_ = hn::FirstN(kF, 0);
     VI at[3];
     for (int a = 0; a < 3; ++a) at[a] = hn::Add(axis_[a].base, cell_[a]);
-    active_ = this->look_in(active_, at, t_, next_t_);
+    const MF meets = this->look_in(onward, at, t_, next_t_, met);
+    met.from = Base::from_;
+    for (int a = 0; a < 3; ++a) met.direction[a] = axis_[a].direction;
+    undecided = bits_of(Base::undecided_);
+    Base::undecided_ = candidates_;
     // Past the cell that was looked at in vain.
-    t_ = hn::IfThenElse(active_, next_t_, t_);
+    t_ = hn::IfThenElse(onward, next_t_, t_);
     for (int a = 0; a < 3; ++a) {
-      cell_[a] = hn::IfThenElse(hn::RebindMask(kI, active_), next_cell_[a], cell_[a]);
+      cell_[a] = hn::IfThenElse(hn::RebindMask(kI, onward), next_cell_[a], cell_[a]);
     }
-  }
-
-  void go_alone() {
-    while (is_walking()) {
-      while (is_walking()) step();
-      look();
-      set_out();
-    }
+    walking_ = hn::Or(walking_, hn::And(onward, hn::Lt(t_, end_)));
+    return meets;
   }
 
  private:
-  MF active_;      // have not met the surface yet
-  MF walking_;     // of these, the ones on their way to the next cell
-  MF candidates_;  // and the ones that stand in it
+  MF walking_;     // on their way to the next cell
+  MF candidates_;  // or standing in it
   VF t_, next_t_;
   VI block_;        // index of the block at the rays' bases
   VI octant_bits_;  // where in a block's leaps those of a lane's octant begin
   VI next_cell_[3];
 };
 
+// Rays that have met the surface, until there is a vector of them.
+class Meetings {
+ public:
+  HWY_INLINE void add(const Meeting& met, MF lanes, const std::uint32_t* rays) {
+    const auto add_one = [&](VF value, int field)
+                             HWY_ATTR { hn::CompressStore(value, lanes, kF, at_[field] + count_); };
+    each_field(met, add_one);
+    for (std::uint32_t rest = bits_of(lanes); rest != 0; rest &= rest - 1) {
+      rays_[count_++] = rays[std::countr_zero(rest)];
+    }
+  }
+  std::size_t count() const { return std::min(count_, kStep); }
+  bool is_vector() const { return count_ >= kStep; }
+  std::uint32_t ray(std::size_t n) const { return rays_[n]; }
+
+  HWY_INLINE void get(Meeting& met) const {
+    each_field(met, [&](VF& value, int field) HWY_ATTR { value = hn::Load(kF, at_[field]); });
+  }
+  HWY_INLINE void drop() {
+    count_ -= count();
+    for (auto& field : at_) hn::Store(hn::LoadU(kF, field + kStep), kF, field);
+    std::copy_n(rays_ + kStep, kStep, rays_);
+  }
+
+ private:
+  static constexpr int kFields = 21;
+
+  template <typename M, typename Body>
+  static HWY_INLINE void each_field(M& met, const Body& body) {
+    body(met.cubic.c0, 0);
+    body(met.cubic.c1, 1);
+    body(met.cubic.c2, 2);
+    body(met.cubic.c3, 3);
+    body(met.low, 4);
+    body(met.high, 5);
+    body(met.piece.t, 6);
+    body(met.piece.span, 7);
+    body(met.from, 8);
+    for (int a = 0; a < 3; ++a) {
+      body(met.piece.entry[a], 9 + a);
+      body(met.piece.step[a], 12 + a);
+      body(met.direction[a], 15 + a);
+      VF cell = hn::BitCast(kF, met.piece.cell[a]);
+      body(cell, 18 + a);
+      if constexpr (!std::is_const_v<M>) met.piece.cell[a] = hn::BitCast(kI, cell);
+    }
+  }
+
+  alignas(64) float at_[kFields][2 * kStep] = {};
+  std::uint32_t rays_[2 * kStep] = {};
+  std::size_t count_ = 0;
+};
+
+// All rays of the questions, in their order, through two vectors that go in turn: while one waits
+// for memory, the other computes. A lane that is through takes the next ray.
 template <typename T, bool kWide>
-void walk_all(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
-              Found& found) {
-  const std::size_t step = hn::Lanes(kF);
-  const auto mine = [&](std::size_t first) { return lanes >> first & ((1u << step) - 1); };
-  // Two vectors at a time, in turn: while one waits for memory, the other computes.
-  for (std::size_t first = 0; first < RayLanes::kCount; first += 2 * step) {
-    if ((mine(first) | mine(first + step)) == 0) continue;
-    Walk<T, kWide> a, b;
-    a.begin(field, rays, first, mine(first));
-    b.begin(field, rays, first + step, mine(first + step));
-    bool a_goes = a.set_out(), b_goes = b.set_out();
-    while (a_goes && b_goes) {
-      // One that stands does not wait for the other: it looks and goes on.
-      while (a.is_walking() && b.is_walking()) {
-        a.step();
-        b.step();
+class Stream {
+ public:
+  HWY_INLINE Stream(const Field& field, std::span<const Question> questions)
+      : field_(field), questions_(questions) {}
+
+  HWY_INLINE void run() {
+    for (auto& walk : walks_) walk.begin(field_, *questions_[0].rays, 0, 0);
+    while (true) {
+      for (int n = 0; n < 2; ++n) {
+        if (!is_busy(walks_[n])) look(n);
       }
-      if (!a.is_walking()) {
-        a.look();
-        a_goes = a.set_out();
+      const bool both = walks_[0].walking() != 0 && walks_[1].walking() != 0;
+      if (both) {
+        do {
+          walks_[0].step();
+          walks_[1].step();
+        } while (is_busy(walks_[0]) && is_busy(walks_[1]));
+        continue;
       }
-      if (!b.is_walking()) {
-        b.look();
-        b_goes = b.set_out();
+      Walk<T, kWide>& last = walks_[walks_[0].walking() != 0 ? 0 : 1];
+      if (last.walking() == 0) break;
+      do last.step();
+      while (is_busy(last));
+    }
+    while (meetings_.count() != 0) tell();
+  }
+
+ private:
+  // With fewer lanes walking, others look and begin first.
+  static constexpr int kBusy = kStep / 2;
+
+  HWY_INLINE bool is_busy(const Walk<T, kWide>& walk) const {
+    return std::popcount(walk.walking()) >= (is_more_ ? kBusy : 1);
+  }
+
+  HWY_INLINE void look(int n) {
+    Meeting met;
+    std::uint32_t undecided;
+    const MF meets = walks_[n].look(met, undecided);
+    for (; undecided != 0; undecided &= undecided - 1) {
+      const std::uint32_t ray = rays_[n][std::countr_zero(undecided)];
+      questions_[ray / RayLanes::kCount].found->undecided |= 1u << ray % RayLanes::kCount;
+    }
+    if (!hn::AllFalse(kF, meets)) {
+      meetings_.add(met, meets, rays_[n]);
+      if (meetings_.is_vector()) tell();
+    }
+    refill(n);
+  }
+
+  bool with_normals() const { return questions_[0].hits != nullptr; }
+
+  // Lanes that are through take the next rays.
+  HWY_INLINE void refill(int n) {
+    std::uint32_t idle = kAllLanes & ~walks_[n].walking();
+    while (idle != 0 && is_more_) {
+      if (fresh_lanes_ == 0) {
+        start_next();
+        continue;
+      }
+      alignas(64) std::int32_t which[kStep] = {};
+      std::uint32_t taken = 0;
+      for (; idle != 0 && fresh_lanes_ != 0; idle &= idle - 1, fresh_lanes_ &= fresh_lanes_ - 1) {
+        const int to = std::countr_zero(idle), from = std::countr_zero(fresh_lanes_);
+        which[to] = from;
+        taken |= 1u << to;
+        rays_[n][to] = fresh_first_ + static_cast<std::uint32_t>(from);
+      }
+      walks_[n].take(fresh_, taken, which);
+    }
+  }
+
+  HWY_INLINE void start_next() {
+    if (next_ == questions_.size() * RayLanes::kCount) {
+      is_more_ = false;
+      return;
+    }
+    const Question& question = questions_[next_ / RayLanes::kCount];
+    const std::size_t first = next_ % RayLanes::kCount;
+    fresh_first_ = static_cast<std::uint32_t>(next_);
+    next_ += kStep;
+    const std::uint32_t lanes = question.lanes >> first & kAllLanes;
+    if (lanes == 0) return;
+    fresh_.begin(field_, *question.rays, first, lanes);
+    fresh_lanes_ = fresh_.walking();
+  }
+
+  // What came of the rays that met the surface, as many as there are lanes.
+  HWY_INLINE void tell() {
+    Meeting met;
+    meetings_.get(met);
+    const std::size_t count = meetings_.count();
+    alignas(64) float ends[kStep] = {};
+    for (std::size_t n = 0; n < count; ++n) {
+      const std::uint32_t ray = meetings_.ray(n);
+      ends[n] = questions_[ray / RayLanes::kCount].rays->end[ray % RayLanes::kCount];
+    }
+    const Outcome is = outcome_of<T, kWide>(field_, hn::FirstN(kF, count), met, hn::Load(kF, ends),
+                                            with_normals());
+    const std::uint32_t sound = bits_of(is.sound), hit = bits_of(is.hit),
+                        turned = bits_of(is.turned), without = bits_of(is.without_normal);
+    alignas(64) double t[kStep];
+    alignas(64) float local[3][kStep], normal[3][kStep];
+    alignas(64) std::int32_t cell[3][kStep];
+    if (with_normals()) {
+      store(is.t, t);
+      for (int a = 0; a < 3; ++a) {
+        hn::Store(is.local[a], kF, local[a]);
+        hn::Store(is.normal[a], kF, normal[a]);
+        hn::Store(met.piece.cell[a], kI, cell[a]);
       }
     }
-    a.go_alone();
-    b.go_alone();
-    a.end(hits, found);
-    b.end(hits, found);
+    for (std::size_t n = 0; n < count; ++n) {
+      const std::uint32_t ray = meetings_.ray(n);
+      const Question& question = questions_[ray / RayLanes::kCount];
+      const std::uint32_t lane = ray % RayLanes::kCount, bit = 1u << lane;
+      Found& found = *question.found;
+      if (!(sound >> n & 1)) found.undecided |= bit;
+      if (!(hit >> n & 1)) continue;
+      found.hit |= bit;
+      if (!with_normals()) continue;
+      question.hits->t[lane] = t[n];
+      for (int a = 0; a < 3; ++a) question.hits->normal[a][lane] = normal[a][n];
+      if (turned >> n & 1) found.turned |= bit;
+      if (!(without >> n & 1)) continue;
+      found.without_normal |= bit;
+      for (int a = 0; a < 3; ++a) {
+        found.cell[a][lane] = cell[a][n];
+        found.local[a][lane] = local[a][n];
+      }
+    }
+    meetings_.drop();
   }
-}
 
-void walk_here(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
-               Found& found) {
+  const Field& field_;
+  std::span<const Question> questions_;
+  Walk<T, kWide> walks_[2];
+  std::uint32_t rays_[2][kStep];   // which one each lane has: a question's number, a lane's in it
+  Walk<T, kWide> fresh_;           // those that are to be taken next,
+  std::uint32_t fresh_lanes_ = 0;  // these of its lanes,
+  std::uint32_t fresh_first_ = 0;  // from this ray on
+  std::size_t next_ = 0;           // the first ray of the next vector
+  bool is_more_ = true;
+  Meetings meetings_;
+};
+
+void walk_here(const Field& field, std::span<const Question> questions) {
   const auto with = [&]<typename T>(T) {
-    field.is_wide ? walk_all<T, true>(field, rays, lanes, hits, found)
-                  : walk_all<T, false>(field, rays, lanes, hits, found);
+    field.is_wide ? Stream<T, true>(field, questions).run()
+                  : Stream<T, false>(field, questions).run();
   };
   switch (field.type) {
     case VoxelType::kU8:
@@ -217,9 +425,8 @@ namespace isolux::lanes {
 
 HWY_EXPORT(walk_here);
 
-void walk(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
-          Found& found) {
-  HWY_DYNAMIC_DISPATCH(walk_here)(field, rays, lanes, hits, found);
+void walk(const Field& field, std::span<const Question> questions) {
+  HWY_DYNAMIC_DISPATCH(walk_here)(field, questions);
 }
 
 }  // namespace isolux::lanes

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "isolux/intersect/iso_lanes.h"
 
@@ -37,10 +38,18 @@ struct Found {
   alignas(64) float local[3][RayLanes::kCount];
 };
 
-/// The code for the best instruction set allowed. Without `hits` the hits have no place and no
+/// Rays that are asked for, and where the answer goes. Without `hits` the hits have no place and no
 /// normal, but are the same.
-void walk(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
-          Found& found);
+struct Question {
+  const RayLanes* rays;
+  std::uint32_t lanes;
+  HitLanes* hits;
+  Found* found;
+};
+
+/// The code for the best instruction set allowed. The rays of all questions pass through the lanes
+/// in one stream, so many together are quicker.
+void walk(const Field& field, std::span<const Question> questions);
 /// The same for lanes that run side by side.
 void walk_beam(const Field& field, const RayLanes& rays, std::uint32_t lanes, HitLanes* hits,
                Found& found);

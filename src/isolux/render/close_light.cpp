@@ -52,13 +52,13 @@ CloseLight::CloseLight(const LinkTracer& tracer, const SceneSurfaces& surfaces,
   for (;; ++halvings_) {
     rays_ = 0;
     for (const float share : close_) rays_ += static_cast<double>(rays_of(share));
-    if (rays_ <= kMostOfAll || kMostRays >> halvings_ <= LinkRays::kCount) break;
+    if (rays_ <= kMostOfAll || kMostRays >> halvings_ <= LinkRays::kLanes) break;
   }
 }
 
 std::size_t CloseLight::rays_of(float close) const {
   const std::size_t rays = rays_for(close);
-  return rays == 0 ? 0 : std::max<std::size_t>(LinkRays::kCount, rays >> halvings_);
+  return rays == 0 ? 0 : std::max<std::size_t>(LinkRays::kLanes, rays >> halvings_);
 }
 
 // What the rays of one tile's pixels meet.
@@ -100,25 +100,25 @@ class CloseLight::Shooter {
     const TangentFrame frame(normal);
     const Vec3* const directions = &light_.directions_[place % kSets * kMostRays];
     double cosines = 0;
-    LinkRays rays;
-    std::ranges::fill(rays.reach_mm, static_cast<float>(light_.from_.close_mm(sample.surface)));
-    std::ranges::fill(rays.surface, sample.surface);
-    std::ranges::fill(rays.inside, is_inside);
-    std::ranges::fill(rays.seed, static_cast<std::uint32_t>(place));
+    const auto reach = static_cast<float>(light_.from_.close_mm(sample.surface));
     const std::size_t begin = tile.links.size();
     for (std::size_t number = 0; number < count; number += LinkRays::kCount) {
-      for (int n = 0; n < LinkRays::kCount; ++n) {
+      rays_.count = static_cast<int>(std::min<std::size_t>(LinkRays::kCount, count - number));
+      for (int n = 0; n < rays_.count; ++n) {
         const std::size_t at = number + static_cast<std::size_t>(n);
-        rays.number[n] = static_cast<std::uint32_t>(at);
+        rays_.reach_mm[n] = reach;
+        rays_.surface[n] = sample.surface;
+        rays_.inside[n] = is_inside;
+        rays_.seed[n] = static_cast<std::uint32_t>(place);
+        rays_.number[n] = static_cast<std::uint32_t>(at);
         cosines += directions[at].z;
-        rays.packet.set(n, {start, kept_above(frame.world(directions[at]), above)});
+        rays_.set(n, {start, kept_above(frame.world(directions[at]), above)});
       }
-      rays.count = LinkRays::kCount;
-      light_.tracer_.trace(rays);
-      for (int n = 0; n < LinkRays::kCount; ++n) {
-        if (rays.to[n] >= LinkRays::kDark) continue;
+      light_.tracer_.trace(rays_);
+      for (int n = 0; n < rays_.count; ++n) {
+        if (rays_.to[n] >= LinkRays::kDark) continue;
         const Vec3& direction = directions[number + static_cast<std::size_t>(n)];
-        tile.links.push_back({rays.to[n], static_cast<float>(direction.z)});
+        tile.links.push_back({rays_.to[n], static_cast<float>(direction.z)});
       }
     }
     return joined(tile.links, begin, static_cast<float>(1 / cosines));
@@ -145,6 +145,7 @@ class CloseLight::Shooter {
   }
 
   const CloseLight& light_;
+  LinkRays rays_;
 };
 
 bool CloseLight::shoot(const std::function<bool()>& stop) {

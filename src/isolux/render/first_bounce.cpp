@@ -82,12 +82,12 @@ class Look {
     }
     Rgb arriving[kLanes];
     for (const Light& lamp : scene_.lights) {
-      float share[kLanes];
-      std::ranges::fill(share, 1.0f);
-      if (scene_.shadows && lanes != 0) shadows_.reach(lamp, points, lanes, share);
+      ShadowQuestion question{&points, lanes, {}, {}};
+      std::ranges::fill(question.share, 1.0f);
+      if (scene_.shadows && lanes != 0) shadows_.reach(lamp, {&question, 1});
       for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
         const int n = std::countr_zero(rest);
-        arriving[n] = arriving[n] + static_cast<double>(share[n]) *
+        arriving[n] = arriving[n] + static_cast<double>(question.share[n]) *
                                         irradiance(lamp, {points.position[n], points.normal[n],
                                                           points.to_eye[n]});
       }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -10,17 +11,23 @@
 
 namespace isolux {
 
-/// Rays side by side, each for one link, and what they have met.
+/// Rays that go together, each for one link, and what they have met.
 struct LinkRays {
-  static constexpr int kCount = RayPacket::kCount;
+  static constexpr int kLanes = RayPacket::kCount;
+  static constexpr int kPackets = IsoLanes::kPacketsAtOnce;
+  static constexpr int kCount = kPackets * kLanes;
 
-  RayPacket packet{};
+  std::array<RayPacket, kPackets> packets{};
   int count = 0;
   float reach_mm[kCount];
   // The surface that each has left, on which side of it, and two numbers that tell it from others.
   std::int32_t surface[kCount];
   bool inside[kCount];
   std::uint32_t seed[kCount], number[kCount];
+
+  void set(int n, const Ray& ray) { packets[packet_of(n)].set(n % kLanes, ray); }
+  Ray ray(int n) const { return packets[packet_of(n)].ray(n % kLanes); }
+  static std::size_t packet_of(int n) { return static_cast<std::size_t>(n / kLanes); }
 
   std::uint32_t to[kCount];  ///< a sample, kSky or kDark
   double distance_mm[kCount];
@@ -44,6 +51,7 @@ class LinkTracer {
   void trace(LinkRays& rays) const;
 
  private:
+  bool passes(LinkRays& rays, const PacketHits& hits, int n, std::uint32_t passed) const;
   std::uint32_t met(const LinkRays& rays, PacketHits& hits, int n, bool has_passed) const;
 
   const SceneSurfaces& surfaces_;

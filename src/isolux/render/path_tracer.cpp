@@ -1,6 +1,7 @@
 #include "isolux/render/path_tracer.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <iterator>
@@ -15,7 +16,8 @@
 namespace isolux {
 namespace {
 
-constexpr int kLanes = RayPacket::kCount;
+constexpr std::size_t kLanes = RayPacket::kCount;
+constexpr std::size_t kPackets = IsoLanes::kPacketsAtOnce;
 // Whose paths go together: enough to fill packets, few enough to stay in a core's cache.
 constexpr std::uint32_t kPointsAtOnce = 16;
 
@@ -104,8 +106,8 @@ class PathTracer::Tile {
     std::vector<std::uint32_t> onward, passing = going, next;
     while (!passing.empty()) {
       next.clear();
-      for (std::size_t first = 0; first < passing.size(); first += kLanes) {
-        const std::size_t count = std::min<std::size_t>(kLanes, passing.size() - first);
+      for (std::size_t first = 0; first < passing.size(); first += kPackets * kLanes) {
+        const std::size_t count = std::min(kPackets * kLanes, passing.size() - first);
         trace({passing.data() + first, count}, bounce, onward, next);
       }
       passing.swap(next);
@@ -116,18 +118,34 @@ class PathTracer::Tile {
 
   void trace(std::span<const std::uint32_t> numbers, int bounce, std::vector<std::uint32_t>& onward,
              std::vector<std::uint32_t>& passing) {
-    RayPacket rays{};
-    for (int n = 0; n < kLanes; ++n) {
-      const auto number = numbers[std::min(static_cast<std::size_t>(n), numbers.size() - 1)];
-      rays.set(n, paths_[number].ray);
-      rays.end[n] = std::numeric_limits<float>::infinity();
+    const std::size_t packets = (numbers.size() + kLanes - 1) / kLanes;
+    std::array<RayPacket, kPackets> rays{};
+    std::array<std::uint32_t, kPackets> lanes{};
+    for (std::size_t n = 0; n < packets * kLanes; ++n) {
+      RayPacket& packet = rays[n / kLanes];
+      const auto number = numbers[std::min(n, numbers.size() - 1)];
+      packet.set(static_cast<int>(n % kLanes), paths_[number].ray);
+      packet.end[n % kLanes] = std::numeric_limits<float>::infinity();
+      if (n < numbers.size()) lanes[n / kLanes] |= 1u << n % kLanes;
     }
-    const std::uint32_t lanes = ~0u >> (kLanes - numbers.size());
-    PacketHits hits;
-    first_hits(rays, lanes, hits);
-    start_again(numbers, lanes, rays, hits);
+    std::array<PacketHits, kPackets> hits;
+    first_hits(std::span(rays).first(packets), lanes, hits);
+    std::array<PointPacket, kPackets> points;
+    std::array<std::uint32_t, kPackets> lit;
+    for (std::size_t p = 0; p < packets; ++p) {
+      const auto of_packet =
+          numbers.subspan(p * kLanes, std::min(kLanes, numbers.size() - p * kLanes));
+      start_again(of_packet, lanes[p], rays[p], hits[p]);
+      lit[p] = arrive(of_packet, hits[p], bounce, points[p], onward, passing);
+    }
+    light(numbers, std::span(points).first(packets), lit);
+  }
 
-    PointPacket points;
+  // Takes the paths of a packet to what they have met, as points; returns the lanes of those that
+  // may be lit.
+  std::uint32_t arrive(std::span<const std::uint32_t> numbers, PacketHits& hits, int bounce,
+                       PointPacket& points, std::vector<std::uint32_t>& onward,
+                       std::vector<std::uint32_t>& passing) {
     std::uint32_t lit = 0;
     for (std::size_t lane = 0; lane < numbers.size(); ++lane) {
       const int n = static_cast<int>(lane);
@@ -156,10 +174,11 @@ class PathTracer::Tile {
       lit |= 1u << n;
       if (bounce < scene_.bounces) onward.push_back(numbers[lane]);
     }
-    light(numbers, points, lit);
+    return lit;
   }
 
-  void first_hits(const RayPacket& rays, std::uint32_t lanes, PacketHits& hits) const {
+  void first_hits(std::span<const RayPacket> rays, std::span<const std::uint32_t> lanes,
+                  std::span<PacketHits> hits) const {
     for (std::size_t s = 0; s < surfaces_.all().size(); ++s) {
       surfaces_.all()[s].first_hits(rays, lanes, static_cast<std::int32_t>(s), hits);
     }
@@ -186,7 +205,7 @@ class PathTracer::Tile {
     }
     if (again == 0) return;
     hits.hit &= ~again;
-    first_hits(rays, again, hits);
+    first_hits({&rays, 1}, {&again, 1}, {&hits, 1});
   }
 
   // Whether the path goes through the translucent surface that it has met.
@@ -202,22 +221,25 @@ class PathTracer::Tile {
     return true;
   }
 
-  void light(std::span<const std::uint32_t> numbers, const PointPacket& points, std::uint32_t lit) {
+  void light(std::span<const std::uint32_t> numbers, std::span<const PointPacket> points,
+             std::span<const std::uint32_t> lit) {
+    std::array<ShadowQuestion, kPackets> questions;
     for (const Light& lamp : scene_.lights) {
-      if (lit == 0) return;
-      float share[kLanes];
-      if (scene_.shadows) {
-        shadows_.reach(lamp, points, lit, share);
-      } else {
-        std::ranges::fill(share, 1.0f);
+      for (std::size_t p = 0; p < points.size(); ++p) {
+        questions[p] = {&points[p], lit[p], {}, {}};
+        std::ranges::fill(questions[p].share, 1.0f);
       }
-      for (std::uint32_t rest = lit; rest != 0; rest &= rest - 1) {
-        const int n = std::countr_zero(rest);
-        if (share[n] == 0) continue;
-        const std::uint32_t number = numbers[static_cast<std::size_t>(n)];
-        const Rgb arriving =
-            irradiance(lamp, {points.position[n], points.normal[n], points.to_eye[n]});
-        add(number, static_cast<double>(share[n]) * (paths_[number].throughput * arriving));
+      if (scene_.shadows) shadows_.reach(lamp, std::span(questions).first(points.size()));
+      for (std::size_t p = 0; p < points.size(); ++p) {
+        for (std::uint32_t rest = lit[p]; rest != 0; rest &= rest - 1) {
+          const auto n = static_cast<std::size_t>(std::countr_zero(rest));
+          const float share = questions[p].share[n];
+          if (share == 0) continue;
+          const std::uint32_t number = numbers[p * kLanes + n];
+          const Rgb arriving =
+              irradiance(lamp, {points[p].position[n], points[p].normal[n], points[p].to_eye[n]});
+          add(number, static_cast<double>(share) * (paths_[number].throughput * arriving));
+        }
       }
     }
   }

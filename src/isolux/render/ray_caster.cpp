@@ -1,10 +1,12 @@
 #include "isolux/render/ray_caster.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <variant>
 
 #include "isolux/base/memory.h"
@@ -20,6 +22,8 @@ namespace {
 constexpr int kLanes = RayLanes::kCount;
 static_assert(kLanes == 2 * SurfaceBuffer::kBlockPixels);
 
+constexpr std::size_t kHalvesAtOnce = IsoLanes::kPacketsAtOnce;
+
 // Rays this many cells apart pass through the volume more quickly each for itself.
 constexpr double kBeamCells = 0.6;
 
@@ -28,6 +32,12 @@ constexpr double kBeamCells = 0.6;
 // What one camera sees of a caster's surfaces.
 class RayCaster::Eye {
  public:
+  // Of a tile, the upper or lower one: the pixels of a packet.
+  struct Half {
+    std::size_t place;  // of its first pixel in a buffer
+    int x0, y0;
+  };
+
   Eye(const SceneSurfaces& surfaces, Visibility visibility, const Camera& camera)
       : width_(camera.width()), height_(camera.height()), world_(camera.fan()) {
     for (const PreparedSurface& surface : surfaces.all()) {
@@ -53,27 +63,28 @@ class RayCaster::Eye {
     });
   }
 
-  // The 8 x 4 pixels from (x0, y0): the upper or lower half of a tile.
-  PacketHits trace(int x0, int y0) const {
-    PacketHits nearest;
-    const std::uint32_t inside = pixels_inside(x0, y0);
+  // What some halves of tiles see, no more than kHalvesAtOnce.
+  void trace(std::span<const Half> halves, std::span<PacketHits> nearest) const {
     for (std::size_t n = 0; n < views_.size(); ++n) {
       const auto number = static_cast<std::int32_t>(n);
       if (const auto* iso = std::get_if<IsoView>(&views_[n])) {
-        trace_iso(*iso, number, x0, y0, inside, nearest);
-      } else {
-        trace_mesh(std::get<SeenMesh>(views_[n]), number, x0, y0, inside, nearest);
+        trace_iso(*iso, number, halves, nearest);
+        continue;
+      }
+      for (std::size_t h = 0; h < halves.size(); ++h) {
+        trace_mesh(std::get<SeenMesh>(views_[n]), number, halves[h], nearest[h]);
       }
     }
-    if (nearest.hit != 0) finish(x0, y0, nearest);
-    return nearest;
+    for (std::size_t h = 0; h < halves.size(); ++h) {
+      if (nearest[h].hit != 0) finish(halves[h], nearest[h]);
+    }
   }
 
-  // Their rays, of unit direction.
-  RayPacket rays(int x0, int y0) const {
+  // The rays of one, of unit direction.
+  RayPacket rays(const Half& half) const {
     RayPacket packet;
     for (int n = 0; n < kLanes; ++n) {
-      Ray ray = world_.ray(x0 + RayPacket::x_of(n), y0 + RayPacket::y_of(n));
+      Ray ray = world_.ray(half.x0 + RayPacket::x_of(n), half.y0 + RayPacket::y_of(n));
       ray.direction = normalize(ray.direction);
       packet.set(n, ray);
     }
@@ -112,30 +123,55 @@ class RayCaster::Eye {
     MeshView view;
   };
 
-  void trace_iso(const IsoView& view, std::int32_t number, int x0, int y0, std::uint32_t inside,
-                 PacketHits& nearest) const {
-    RayLanes rays;
-    HitLanes hits;
+  void trace_iso(const IsoView& view, std::int32_t number, std::span<const Half> halves,
+                 std::span<PacketHits> nearest) const {
+    // Where neighbours are far from each other, all that there are go in one stream.
+    std::array<RayLanes, kHalvesAtOnce> loose;
+    std::array<std::uint32_t, kHalvesAtOnce> lanes;
+    std::array<std::size_t, kHalvesAtOnce> half_of;
+    std::size_t count = 0;
+    for (std::size_t h = 0; h < halves.size(); ++h) {
+      RayLanes& rays = loose[count];
+      lanes[count] = aim_at(view, halves[h], rays);
+      if (lanes[count] == 0) continue;
+      if (!rays.is_beam) {
+        half_of[count++] = h;
+        continue;
+      }
+      HitLanes hits;
+      view.lanes->first_hits(rays, lanes[count], hits);
+      nearest[h].add(hits, number);
+    }
+    if (count == 0) return;
+    std::array<HitLanes, kHalvesAtOnce> hits;
+    view.lanes->first_hits(std::span(loose).first(count), std::span(lanes).first(count),
+                           std::span(hits).first(count));
+    for (std::size_t n = 0; n < count; ++n) nearest[half_of[n]].add(hits[n], number);
+  }
+
+  // The rays of a half towards an isosurface; returns those that can meet it.
+  std::uint32_t aim_at(const IsoView& view, const Half& half, RayLanes& rays) const {
     std::uint32_t lanes = 0;
     float nearest_t = std::numeric_limits<float>::infinity();
-    const unsigned blocks = view.blocks(x0, y0, width_);
+    const unsigned blocks = view.blocks(half.x0, half.y0, width_);
     for (int block = 0; block < 2; ++block) {
       if (!(blocks >> block & 1)) continue;
-      const std::size_t at = view.bounds.at(x0 + 4 * block, y0);
+      const std::size_t at = view.bounds.at(half.x0 + 4 * block, half.y0);
       lanes |= 0xFFFFu << (16 * block);
       nearest_t = std::min(nearest_t, view.bounds.near[at]);
       std::fill_n(rays.begin + 16 * block, 16, view.bounds.near[at]);
       std::fill_n(rays.end + 16 * block, 16, view.bounds.far[at]);
     }
-    if ((lanes & inside) == 0) return;
-    aim(view.fan, x0, y0, rays);
+    lanes &= pixels_inside(half.x0, half.y0);
+    if (lanes == 0) return 0;
+    aim(view.fan, half.x0, half.y0, rays);
     rays.is_beam = view.cells_apart(nearest_t) < kBeamCells;
-    view.lanes->first_hits(rays, lanes & inside, hits);
-    nearest.add(hits, number);
+    return lanes;
   }
 
-  void trace_mesh(const SeenMesh& seen, std::int32_t number, int x0, int y0, std::uint32_t inside,
+  void trace_mesh(const SeenMesh& seen, std::int32_t number, const Half& half,
                   PacketHits& nearest) const {
+    const auto [place, x0, y0] = half;
     if (seen.view.is_empty_at(x0, y0)) return;
     RayLanes rays;
     aim(world_, x0, y0, rays);
@@ -147,7 +183,7 @@ class RayCaster::Eye {
       }
     }
     std::uint32_t triangle[kLanes];
-    const std::uint32_t met = seen.view.triangles(rays, inside, x0, y0, triangle);
+    const std::uint32_t met = seen.view.triangles(rays, pixels_inside(x0, y0), x0, y0, triangle);
     if (met == 0) return;
     MeshPointLanes points;
     find_mesh_points(*seen.mesh, rays, triangle, met, points);
@@ -164,9 +200,9 @@ class RayCaster::Eye {
   }
 
   // From the fan's t to mm.
-  void finish(int x0, int y0, PacketHits& hits) const {
+  void finish(const Half& half, PacketHits& hits) const {
     RayPacket rays;
-    aim(world_, x0, y0, rays);
+    aim(world_, half.x0, half.y0, rays);
     for (std::uint32_t rest = measure(rays, hits); rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
       hits.face(n, rays.ray(n).direction);
@@ -196,9 +232,12 @@ void RayCaster::cast(const Camera& camera, SurfaceBuffer& buffer,
   parallel_for(static_cast<std::size_t>(buffer.tiles_y()), 1,
                [&](std::size_t begin, std::size_t end) {
                  const auto tiles_x = static_cast<std::size_t>(buffer.tiles_x());
-                 for (std::size_t tile = begin * tiles_x; tile < end * tiles_x; ++tile) {
-                   cast_tile(eye, tile, buffer);
-                   if (!buffer.further.empty()) further += buffer.further[tile].capacity();
+                 for (std::size_t tile = begin * tiles_x; tile < end * tiles_x;) {
+                   const std::size_t next = std::min(tile + kHalvesAtOnce / 2, end * tiles_x);
+                   cast_tiles(eye, tile, next, buffer);
+                   for (; tile < next; ++tile) {
+                     if (!buffer.further.empty()) further += buffer.further[tile].capacity();
+                   }
                  }
                  // Layers of noise may be many.
                  check_memory(static_cast<double>(further * sizeof(FurtherPoint)),
@@ -213,7 +252,7 @@ PixelView RayCaster::cast_around(const Camera& camera, int x, int y) const {
   buffer.first_x = x - x % SurfaceBuffer::kTile;
   buffer.first_y = y - y % SurfaceBuffer::kTile;
   prepare(buffer);
-  const std::uint64_t turned = cast_tile(Eye(surfaces_, scene_.visibility, camera), 0, buffer);
+  const std::uint64_t turned = cast_tiles(Eye(surfaces_, scene_.visibility, camera), 0, 1, buffer);
   view.turned = (turned >> buffer.at(x - buffer.first_x, y - buffer.first_y) & 1) != 0;
   return view;
 }
@@ -226,20 +265,29 @@ void RayCaster::prepare(SurfaceBuffer& buffer) const {
   buffer.further.resize(has_further_points(scene_) ? buffer.hits.size() : 0);
 }
 
-std::uint64_t RayCaster::cast_tile(const Eye& eye, std::size_t tile, SurfaceBuffer& buffer) const {
+std::uint64_t RayCaster::cast_tiles(const Eye& eye, std::size_t begin, std::size_t end,
+                                    SurfaceBuffer& buffer) const {
   const auto tiles_x = static_cast<std::size_t>(buffer.tiles_x());
-  const int x0 = buffer.first_x + static_cast<int>(8 * (tile % tiles_x));
-  const int y0 = buffer.first_y + static_cast<int>(8 * (tile / tiles_x));
-  std::uint64_t turned = 0;
-  buffer.hits[tile] = 0;
-  for (std::size_t half = 0; half < 2; ++half) {
-    const int y = y0 + static_cast<int>(4 * half);
-    if (!eye.sees(y) || !eye.may_meet(x0, y)) continue;
-    const PacketHits hits = eye.trace(x0, y);
+  std::array<Eye::Half, kHalvesAtOnce> halves;
+  std::size_t count = 0;
+  for (std::size_t tile = begin; tile < end; ++tile) {
+    buffer.hits[tile] = 0;
+    const int x0 = buffer.first_x + static_cast<int>(8 * (tile % tiles_x));
+    const int y0 = buffer.first_y + static_cast<int>(8 * (tile / tiles_x));
+    for (const int lower : {0, 1}) {
+      const Eye::Half half{64 * tile + 32 * static_cast<std::size_t>(lower), x0, y0 + 4 * lower};
+      if (eye.sees(half.y0) && eye.may_meet(half.x0, half.y0)) halves[count++] = half;
+    }
+  }
+  std::array<PacketHits, kHalvesAtOnce> found;
+  eye.trace(std::span(halves).first(count), std::span(found).first(count));
+  std::uint64_t turned_in_first = 0;
+  for (std::size_t h = 0; h < count; ++h) {
+    const PacketHits& hits = found[h];
     if (hits.hit == 0) continue;
-    buffer.hits[tile] |= std::uint64_t{hits.hit} << (32 * half);
-    turned |= std::uint64_t{hits.turned} << (32 * half);
-    const std::size_t at = 64 * tile + 32 * half;
+    const std::size_t at = halves[h].place, tile = at / 64;
+    buffer.hits[tile] |= std::uint64_t{hits.hit} << at % 64;
+    if (tile == begin) turned_in_first |= std::uint64_t{hits.turned} << at % 64;
     std::copy_n(hits.t, kLanes, buffer.depth_mm.data() + at);
     std::copy_n(hits.normal[0], kLanes, buffer.normal_x.data() + at);
     std::copy_n(hits.normal[1], kLanes, buffer.normal_y.data() + at);
@@ -248,9 +296,9 @@ std::uint64_t RayCaster::cast_tile(const Eye& eye, std::size_t tile, SurfaceBuff
     if (!buffer.points.empty()) std::copy_n(hits.point, kLanes, buffer.points.data() + at);
     if (buffer.further.empty()) continue;
     FurtherPointFinder(scene_, surfaces_)
-        .find(eye.rays(x0, y), hits, static_cast<std::uint8_t>(32 * half), buffer.further[tile]);
+        .find(eye.rays(halves[h]), hits, static_cast<std::uint8_t>(at % 64), buffer.further[tile]);
   }
-  return turned;
+  return turned_in_first;
 }
 
 }  // namespace isolux

@@ -38,8 +38,9 @@ class RayCaster {
   class Eye;
 
   void prepare(SurfaceBuffer& buffer) const;
-  /// Returns which pixels' normals were turned, as SurfaceBuffer::hits.
-  std::uint64_t cast_tile(const Eye& eye, std::size_t tile, SurfaceBuffer& buffer) const;
+  /// Tiles [begin, end). Returns which normals were turned in the first, as SurfaceBuffer::hits.
+  std::uint64_t cast_tiles(const Eye& eye, std::size_t begin, std::size_t end,
+                           SurfaceBuffer& buffer) const;
 
   Scene scene_;
   SceneSurfaces surfaces_;

@@ -155,7 +155,7 @@ HWY_INLINE VI bytes_of(const Inputs& in, VF radiance) {
 // As write_block, for a block that lies wholly inside the picture.
 HWY_INLINE void write_whole_block(const std::uint32_t* pixels, Picture& picture, int x0, int y0) {
   constexpr hn::CappedTag<std::uint8_t, 16> kBytes;
-  alignas(16) static constexpr std::uint8_t kColours[16] = {0, 1,  2,  4,  5,  6,  8, 9,
+  alignas(16) static constexpr std::uint8_t kColours[16] = {0,  1,  2,  4,  5, 6, 8,  9,
                                                             10, 12, 13, 14, 3, 7, 11, 15};
   const auto colours = hn::Load(kBytes, kColours);
   const std::size_t stride = 3 * static_cast<std::size_t>(picture.width);

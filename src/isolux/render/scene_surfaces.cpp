@@ -1,6 +1,7 @@
 #include "isolux/render/scene_surfaces.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "isolux/mesh/extract_isosurface.h"
@@ -37,8 +38,7 @@ std::vector<float> longest_edges(const Mesh& mesh) {
   return longest;
 }
 
-RayLanes in_index_space(const Affine& index_from_world, const RayPacket& rays) {
-  RayLanes lanes;
+void set_in_index_space(const Affine& index_from_world, const RayPacket& rays, RayLanes& lanes) {
   for (int row = 0; row < 3; ++row) {
     const double a = index_from_world.linear.at(row, 0), b = index_from_world.linear.at(row, 1),
                  c = index_from_world.linear.at(row, 2), d = index_from_world.offset[row];
@@ -51,7 +51,19 @@ RayLanes in_index_space(const Affine& index_from_world, const RayPacket& rays) {
   }
   std::ranges::copy(rays.begin, lanes.begin);
   std::ranges::copy(rays.end, lanes.end);
-  return lanes;
+}
+
+// Calls body(number of the first packet, packets) for as many at a time as go together.
+template <typename Body>
+void in_index_space(const IsoLanes& surface, std::span<const RayPacket> rays, const Body& body) {
+  std::array<RayLanes, IsoLanes::kPacketsAtOnce> lanes;
+  for (std::size_t first = 0; first < rays.size(); first += lanes.size()) {
+    const std::size_t count = std::min(lanes.size(), rays.size() - first);
+    for (std::size_t p = 0; p < count; ++p) {
+      set_in_index_space(surface.surface().index_from_world(), rays[first + p], lanes[p]);
+    }
+    body(first, std::span<const RayLanes>(lanes.data(), count));
+  }
 }
 
 }  // namespace
@@ -74,13 +86,28 @@ PreparedSurface::PreparedSurface(std::shared_ptr<const Mesh> mesh,
 
 void PreparedSurface::first_hits(const RayPacket& rays, std::uint32_t lanes, std::int32_t number,
                                  PacketHits& hits) const {
+  first_hits({&rays, 1}, {&lanes, 1}, number, {&hits, 1});
+}
+
+void PreparedSurface::first_hits(std::span<const RayPacket> rays,
+                                 std::span<const std::uint32_t> lanes, std::int32_t number,
+                                 std::span<PacketHits> hits) const {
   if (lanes_) {
-    HitLanes found;
-    lanes_->first_hits(in_index_space(lanes_->surface().index_from_world(), rays), lanes, found);
-    hits.add(found, number);
-    return;
+    std::array<HitLanes, IsoLanes::kPacketsAtOnce> found;
+    in_index_space(*lanes_, rays, [&](std::size_t first, std::span<const RayLanes> packets) {
+      lanes_->first_hits(packets, lanes.subspan(first, packets.size()),
+                         std::span(found).first(packets.size()));
+      for (std::size_t p = 0; p < packets.size(); ++p) hits[first + p].add(found[p], number);
+    });
+  } else if (tree_) {
+    for (std::size_t p = 0; p < rays.size(); ++p) {
+      first_hits_of_mesh(rays[p], lanes[p], number, hits[p]);
+    }
   }
-  if (!tree_) return;
+}
+
+void PreparedSurface::first_hits_of_mesh(const RayPacket& rays, std::uint32_t lanes,
+                                         std::int32_t number, PacketHits& hits) const {
   MeshHitLanes found;
   tree_->first_hits(rays, lanes, found);
   if (found.hit == 0) return;
@@ -89,11 +116,17 @@ void PreparedSurface::first_hits(const RayPacket& rays, std::uint32_t lanes, std
   hits.add(points, found.triangle, number);
 }
 
-std::uint32_t PreparedSurface::any_hits(const RayPacket& rays, std::uint32_t lanes) const {
+void PreparedSurface::any_hits(std::span<const RayPacket> rays,
+                               std::span<std::uint32_t> lanes) const {
   if (lanes_) {
-    return lanes_->occluded(in_index_space(lanes_->surface().index_from_world(), rays), lanes);
+    in_index_space(*lanes_, rays, [&](std::size_t first, std::span<const RayLanes> packets) {
+      lanes_->occluded(packets, lanes.subspan(first, packets.size()));
+    });
+    return;
   }
-  return tree_ ? tree_->occluded(rays, lanes) : 0;
+  for (std::size_t p = 0; p < rays.size(); ++p) {
+    lanes[p] = tree_ ? tree_->occluded(rays[p], lanes[p]) : 0;
+  }
 }
 
 bool PreparedSurface::any_hit(const Ray& ray, double t_max) const {

@@ -1,8 +1,8 @@
 #include "isolux/render/shadows.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
-#include <optional>
 
 #include "isolux/base/parallel.h"
 #include "isolux/render/crossings.h"
@@ -102,31 +102,34 @@ std::vector<float> Shadows::of_further(std::size_t tile, std::size_t point) cons
 ShadowRays::ShadowRays(const Scene& scene, const SceneSurfaces& surfaces)
     : scene_(scene), surfaces_(surfaces) {}
 
-struct ShadowRays::Rays : RayPacket {
+// What belongs to the rays of a packet to a light.
+struct ShadowRays::Aim {
   std::uint32_t lanes;        // of the points that face the light
   double local_size[kLanes];  // in t
   double ends[kLanes];
-
-  Rays(const SceneSurfaces& surfaces, const Light& light, const PointPacket& points,
-       std::uint32_t wanted)
-      : RayPacket{}, lanes(wanted) {
-    for (int n = 0; n < kLanes; ++n) {
-      set(n, {{}, {1, 0, 0}});
-      if (!(lanes >> n & 1)) continue;
-      const PreparedSurface& own = surfaces.at(points.surface[n]);
-      const double back = std::min(own.step_mm(), points.came_mm[n] / 2);
-      const ToLight to = towards(light, points.position[n] + back * points.to_eye[n]);
-      const double distance = length(to.ray.direction);
-      if (!(dot(to.ray.direction, points.normal[n]) > -kFloatDoubt * distance)) {
-        lanes &= ~(1u << n);
-        continue;
-      }
-      set(n, to.ray);
-      ends[n] = to.end;
-      local_size[n] = std::min(own.local_size_mm(points.point[n]) / distance, ends[n]);
-    }
-  }
 };
+
+ShadowRays::Aim ShadowRays::aim(const Light& light, const PointPacket& points, std::uint32_t wanted,
+                                RayPacket& rays) const {
+  Aim aim;
+  aim.lanes = wanted;
+  for (int n = 0; n < kLanes; ++n) {
+    rays.set(n, {{}, {1, 0, 0}});
+    if (!(wanted >> n & 1)) continue;
+    const PreparedSurface& own = surfaces_.at(points.surface[n]);
+    const double back = std::min(own.step_mm(), points.came_mm[n] / 2);
+    const ToLight to = towards(light, points.position[n] + back * points.to_eye[n]);
+    const double distance = length(to.ray.direction);
+    if (!(dot(to.ray.direction, points.normal[n]) > -kFloatDoubt * distance)) {
+      aim.lanes &= ~(1u << n);
+      continue;
+    }
+    rays.set(n, to.ray);
+    aim.ends[n] = to.end;
+    aim.local_size[n] = std::min(own.local_size_mm(points.point[n]) / distance, to.end);
+  }
+  return aim;
+}
 
 bool ShadowRays::is_known(std::size_t surface) const {
   return surfaces_.all()[surface].tree() && scene_.surfaces[surface].material.opacity == 1;
@@ -134,16 +137,17 @@ bool ShadowRays::is_known(std::size_t surface) const {
 
 void ShadowRays::set_packets(const Light& light, const PointPacket& points, std::uint32_t lanes,
                              std::int32_t number, ShadowPacket* packets) const {
-  const Rays rays(surfaces_, light, points, lanes);
+  RayPacket rays{};
+  const Aim aimed = aim(light, points, lanes, rays);
   for (int first = 0; first < kLanes; first += ShadowPacket::kCount) {
     ShadowPacket& packet = packets[first / ShadowPacket::kCount];
-    packet.lanes = rays.lanes >> first & 0xffff;
+    packet.lanes = aimed.lanes >> first & 0xffff;
     for (int axis = 0; axis < 3; ++axis) {
       std::copy_n(rays.origin[axis] + first, ShadowPacket::kCount, packet.origin[axis]);
     }
     for (int n = 0; n < ShadowPacket::kCount; ++n) {
       const bool is_own = (packet.lanes >> n & 1) && points.surface[first + n] == number;
-      packet.begin[n] = is_own ? static_cast<float>(rays.local_size[first + n]) : 0;
+      packet.begin[n] = is_own ? static_cast<float>(aimed.local_size[first + n]) : 0;
       packet.own[n] = is_own ? points.point[first + n].triangle : ShadowPacket::kNone;
     }
   }
@@ -159,47 +163,78 @@ bool ShadowRays::tells_all(std::span<const KnownHits> known, float (&share)[kLan
   return true;
 }
 
-void ShadowRays::reach(const Light& light, const PointPacket& points, std::uint32_t lanes,
-                       float (&share)[kLanes], std::span<const KnownHits> known) const {
-  std::ranges::fill(share, 1.0f);
-  Rays rays(surfaces_, light, points, lanes);
-  lanes = rays.lanes;
-  for (std::size_t s = 0; s < surfaces_.all().size() && lanes != 0; ++s) {
+void ShadowRays::reach(const Light& light, std::span<ShadowQuestion> questions) const {
+  while (!questions.empty()) {
+    const std::size_t count = std::min(IsoLanes::kPacketsAtOnce, questions.size());
+    reach_few(light, questions.first(count));
+    questions = questions.subspan(count);
+  }
+}
+
+void ShadowRays::reach_few(const Light& light, std::span<ShadowQuestion> questions) const {
+  constexpr std::size_t kMost = IsoLanes::kPacketsAtOnce;
+  const std::size_t count = questions.size();
+  std::array<RayPacket, kMost> rays{};
+  std::array<Aim, kMost> aims;
+  std::array<std::uint32_t, kMost> lanes{}, near{}, far{};
+  for (std::size_t p = 0; p < count; ++p) {
+    std::ranges::fill(questions[p].share, 1.0f);
+    aims[p] = aim(light, *questions[p].points, questions[p].lanes, rays[p]);
+    lanes[p] = aims[p].lanes;
+  }
+  const std::span packets = std::span<const RayPacket>(rays).first(count);
+  for (std::size_t s = 0; s < surfaces_.all().size(); ++s) {
+    const PreparedSurface& surface = surfaces_.all()[s];
     const auto number = static_cast<std::int32_t>(s);
     const double opacity = scene_.surfaces[s].material.opacity;
-    const bool is_known_here = !known.empty() && is_known(s);
-    std::uint32_t near = 0, far = 0;
-    for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-      const int n = std::countr_zero(rest);
-      const bool is_own = points.surface[n] == number;
-      rays.begin[n] = is_own ? static_cast<float>(rays.local_size[n]) : 0;
-      rays.end[n] = static_cast<float>(rays.ends[n]);
-      if (is_own) near |= 1u << n;
-      if (rays.begin[n] < rays.end[n]) far |= 1u << n;
+    const auto is_known_to = [&](const ShadowQuestion& question) {
+      return !question.known.empty() && is_known(s);
+    };
+    for (std::size_t p = 0; p < count; ++p) {
+      near[p] = far[p] = 0;
+      for (std::uint32_t rest = lanes[p]; rest != 0; rest &= rest - 1) {
+        const int n = std::countr_zero(rest);
+        const bool is_own = questions[p].points->surface[n] == number;
+        rays[p].begin[n] = is_own ? static_cast<float>(aims[p].local_size[n]) : 0;
+        rays[p].end[n] = static_cast<float>(aims[p].ends[n]);
+        if (is_own) near[p] |= 1u << n;
+        if (rays[p].begin[n] < rays[p].end[n]) far[p] |= 1u << n;
+      }
+      if (is_known_to(questions[p])) {
+        hide(questions[p].known[s].far & lanes[p], questions[p].share);
+        far[p] = 0;
+      } else if (opacity < 1) {
+        dim(surface, number, opacity, rays[p], far[p], questions[p].share);
+        far[p] = 0;
+      }
     }
-    if (is_known_here) {
-      hide(known[s].far & lanes, share);
-    } else {
-      dim(surfaces_.all()[s], number, opacity, rays, far, share);
+    surface.any_hits(packets, std::span(far).first(count));
+    auto asked = near;
+    for (std::size_t p = 0; p < count; ++p) {
+      hide(far[p], questions[p].share);
+      for (std::uint32_t rest = near[p]; rest != 0; rest &= rest - 1) {
+        const int n = std::countr_zero(rest);
+        rays[p].end[n] = rays[p].begin[n];
+        rays[p].begin[n] = 0;
+        if (questions[p].share[n] == 0) near[p] &= ~(1u << n);
+      }
+      if (is_known_to(questions[p])) near[p] &= questions[p].known[s].near;
+      asked[p] = is_known_to(questions[p]) ? 0 : near[p];
     }
-    for (std::uint32_t rest = near; rest != 0; rest &= rest - 1) {
-      const int n = std::countr_zero(rest);
-      rays.end[n] = rays.begin[n];
-      rays.begin[n] = 0;
-      if (share[n] == 0) near &= ~(1u << n);
-    }
-    if (is_known_here) {
-      near &= known[s].near;
-    } else if (near != 0) {
-      near = surfaces_.all()[s].any_hits(rays, near);
-    }
-    for (std::uint32_t rest = near; rest != 0; rest &= rest - 1) {
-      const int n = std::countr_zero(rest);
-      if (hides_itself(light, points, n)) share[n] *= static_cast<float>(1 - opacity);
-    }
-    for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-      const int n = std::countr_zero(rest);
-      if (share[n] == 0) lanes &= ~(1u << n);
+    surface.any_hits(packets, std::span(asked).first(count));
+    for (std::size_t p = 0; p < count; ++p) {
+      ShadowQuestion& question = questions[p];
+      if (!is_known_to(question)) near[p] = asked[p];
+      for (std::uint32_t rest = near[p]; rest != 0; rest &= rest - 1) {
+        const int n = std::countr_zero(rest);
+        if (hides_itself(light, *question.points, n)) {
+          question.share[n] *= static_cast<float>(1 - opacity);
+        }
+      }
+      for (std::uint32_t rest = lanes[p]; rest != 0; rest &= rest - 1) {
+        const int n = std::countr_zero(rest);
+        if (question.share[n] == 0) lanes[p] &= ~(1u << n);
+      }
     }
   }
 }
@@ -207,10 +242,6 @@ void ShadowRays::reach(const Light& light, const PointPacket& points, std::uint3
 void ShadowRays::dim(const PreparedSurface& surface, std::int32_t number, double opacity,
                      const RayPacket& rays, std::uint32_t lanes, float (&share)[kLanes]) {
   if (lanes == 0) return;
-  if (opacity == 1) {
-    hide(surface.any_hits(rays, lanes), share);
-    return;
-  }
   Crossings crossings(surface, number, rays);
   double from[kLanes];
   std::ranges::copy(rays.begin, from);
@@ -287,17 +318,30 @@ void cast_shadows(const Scene& scene, const SceneSurfaces& surfaces, const Surfa
   for (const Light& light : scene.lights) {
     known.push_back(find_known(scene, surfaces, shadow_rays, buffer, halves, light));
   }
-  const auto cast_half = [&](std::size_t n) {
-    std::optional<PointPacket> points;  // where they are needed
+  // Of half tiles side by side, as many as go together.
+  const auto cast_halves = [&](std::size_t begin, std::size_t end) {
+    std::array<PointPacket, IsoLanes::kPacketsAtOnce> points;
+    std::array<ShadowQuestion, IsoLanes::kPacketsAtOnce> questions;
     for (std::size_t l = 0; l < lights; ++l) {
-      float share[kLanes];
-      const std::size_t count = known[l].empty() ? 0 : surfaces.all().size();
-      const auto of_half = std::span(known[l]).subspan(n * count, count);
-      if (!shadow_rays.tells_all(of_half, share)) {
-        if (!points) points = halves[n].points(*scene.camera, buffer);
-        shadow_rays.reach(scene.lights[l], *points, halves[n].hits, share, of_half);
+      std::size_t count = 0;
+      std::array<std::size_t, IsoLanes::kPacketsAtOnce> asking;
+      const auto answer = [&](std::size_t n, const float(&share)[kLanes]) {
+        std::ranges::copy(share, shadows.pixels[l].data() + halves[n].place);
+      };
+      for (std::size_t n = begin; n < end; ++n) {
+        float share[kLanes];
+        const std::size_t surfaces_known = known[l].empty() ? 0 : surfaces.all().size();
+        const auto of_half = std::span(known[l]).subspan(n * surfaces_known, surfaces_known);
+        if (shadow_rays.tells_all(of_half, share)) {
+          answer(n, share);
+          continue;
+        }
+        points[count] = halves[n].points(*scene.camera, buffer);
+        questions[count] = {&points[count], halves[n].hits, of_half, {}};
+        asking[count++] = n;
       }
-      std::ranges::copy(share, shadows.pixels[l].data() + halves[n].place);
+      shadow_rays.reach(scene.lights[l], std::span(questions).first(count));
+      for (std::size_t q = 0; q < count; ++q) answer(asking[q], questions[q].share);
     }
   };
   const auto cast_further = [&](std::size_t tile) {
@@ -314,16 +358,16 @@ void cast_shadows(const Scene& scene, const SceneSurfaces& surfaces, const Surfa
         lanes |= 1u << n;
       }
       for (std::size_t l = 0; l < lights && lanes != 0; ++l) {
-        float share[kLanes];
-        shadow_rays.reach(scene.lights[l], points, lanes, share);
-        std::copy_n(share, count, to.data() + l * further.size() + first);
+        ShadowQuestion question{&points, lanes, {}, {}};
+        shadow_rays.reach(scene.lights[l], {&question, 1});
+        std::copy_n(question.share, count, to.data() + l * further.size() + first);
       }
     }
   };
-  constexpr std::size_t kHalvesAPiece = 64, kTilesAPiece = 32;
+  constexpr std::size_t kTilesAPiece = 32;
   Progress progress(listener, "casting shadows", halves.size() + buffer.further.size());
-  parallel_for(halves.size(), kHalvesAPiece, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) cast_half(n);
+  parallel_for(halves.size(), IsoLanes::kPacketsAtOnce, [&](std::size_t begin, std::size_t end) {
+    cast_halves(begin, end);
     progress.advance(end - begin);
   });
   parallel_for(buffer.further.size(), kTilesAPiece, [&](std::size_t begin, std::size_t end) {

@@ -43,6 +43,15 @@ struct KnownHits {
   std::uint32_t near = 0;
 };
 
+/// Points that ask what comes through to them from a light.
+struct ShadowQuestion {
+  const PointPacket* points;
+  std::uint32_t lanes;
+  std::span<const KnownHits> known = {};  ///< of each surface that is_known tells; or empty
+  /// The answer: the product of 1 - opacity over all crossings on the way; 1 of other lanes.
+  float share[PointPacket::kCount];
+};
+
 /// Sends shadow rays to lights.
 ///
 /// They start on the ray that met the point, a little before it: on the side that it came from, and
@@ -58,10 +67,8 @@ class ShadowRays {
   /// Neither argument is copied.
   ShadowRays(const Scene& scene, const SceneSurfaces& surfaces);
 
-  /// The product of 1 - opacity over all crossings between the points and the light.
-  /// @param known  of each surface that is_known tells; or empty.
-  void reach(const Light& light, const PointPacket& points, std::uint32_t lanes,
-             float (&share)[PointPacket::kCount], std::span<const KnownHits> known = {}) const;
+  /// Answers the questions; many together are quicker.
+  void reach(const Light& light, std::span<ShadowQuestion> questions) const;
 
   /// Sets all shares, if what is known is enough for that: all surfaces, and none of them near.
   bool tells_all(std::span<const KnownHits> known, float (&share)[PointPacket::kCount]) const;
@@ -73,8 +80,11 @@ class ShadowRays {
                    std::int32_t number, ShadowPacket* packets) const;
 
  private:
-  struct Rays;
+  struct Aim;
 
+  Aim aim(const Light& light, const PointPacket& points, std::uint32_t wanted,
+          RayPacket& rays) const;
+  void reach_few(const Light& light, std::span<ShadowQuestion> questions) const;
   static void dim(const PreparedSurface& surface, std::int32_t number, double opacity,
                   const RayPacket& rays, std::uint32_t lanes, float (&share)[PointPacket::kCount]);
   bool hides_itself(const Light& light, const PointPacket& points, int n) const;

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "isolux/base/exact_math.h"
+#include "isolux/base/parallel.h"
 #include "isolux/mesh/mesh_sheets.h"
 
 namespace isolux {
@@ -79,14 +80,22 @@ void SurfaceSamples::add(const PreparedSurface& surface, std::int32_t number, in
                                                : places_of(*surface.mesh(), grid.block_from_world);
   sheets_.push_back(surface.mesh() ? sheets_of(*surface.mesh()) : std::vector<std::uint32_t>());
   const auto sheet_of = [&](const SurfacePlace& place) { return sheet(number, place.point); };
-  std::vector<std::size_t> group_of;
-  for (std::size_t begin = 0, end; begin < places.size(); begin = end) {
-    const BlockIndex& block = places[begin].block;
-    for (end = begin + 1; end < places.size() && places[end].block == block;) ++end;
-    const std::span<const SurfacePlace> in_block(&places[begin], end - begin);
+  const auto starts_block = [&](std::size_t n) {
+    return n == 0 || n == places.size() || !(places[n].block == places[n - 1].block);
+  };
+  // Of the blocks that begin in a piece; runs are counted from the piece's first site.
+  struct Piece {
+    std::vector<SampleSite> sites;
+    std::vector<std::pair<BlockIndex, Run>> runs;
+  };
+  constexpr std::size_t kPlacesAPiece = 4096;
+  std::vector<Piece> pieces((places.size() + kPlacesAPiece - 1) / kPlacesAPiece);
+  const auto add_block = [&](std::span<const SurfacePlace> in_block, Piece& piece,
+                             std::vector<std::size_t>& group_of) {
     const std::vector<Group> groups = groups_of(in_block, sheet_of, group_of);
-    grid.add(block, {static_cast<std::uint32_t>(sites_.size()),
-                     static_cast<std::uint32_t>(groups.size())});
+    piece.runs.push_back({in_block[0].block,
+                          {static_cast<std::uint32_t>(piece.sites.size()),
+                           static_cast<std::uint32_t>(groups.size())}});
     for (std::size_t g = 0; g < groups.size(); ++g) {
       // The place nearest to the middle stands for its group.
       const Vec3 middle = groups[g].positions / groups[g].count;
@@ -98,10 +107,28 @@ void SurfaceSamples::add(const PreparedSurface& surface, std::int32_t number, in
         least = distance;
         nearest = &in_block[n];
       }
-      sites_.push_back({nearest->position, as_float(grid.block_from_world.point(nearest->position)),
-                        nearest->normal, nearest->true_normal, number, nearest->point,
-                        groups[g].sheet});
+      piece.sites.push_back(
+          {nearest->position, as_float(grid.block_from_world.point(nearest->position)),
+           nearest->normal, nearest->true_normal, number, nearest->point, groups[g].sheet});
     }
+  };
+  parallel_for(pieces.size(), 1, [&](std::size_t first, std::size_t last) {
+    std::vector<std::size_t> group_of;
+    for (std::size_t p = first; p < last; ++p) {
+      std::size_t begin = p * kPlacesAPiece;
+      while (!starts_block(begin)) ++begin;
+      const std::size_t piece_end = std::min(places.size(), (p + 1) * kPlacesAPiece);
+      for (std::size_t end; begin < piece_end; begin = end) {
+        for (end = begin + 1; !starts_block(end);) ++end;
+        add_block({&places[begin], end - begin}, pieces[p], group_of);
+      }
+    }
+  });
+  for (const Piece& piece : pieces) {
+    for (const auto& [block, run] : piece.runs) {
+      grid.add(block, {count() + run.first, run.count});
+    }
+    sites_.insert(sites_.end(), piece.sites.begin(), piece.sites.end());
   }
 }
 

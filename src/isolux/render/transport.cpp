@@ -1,6 +1,7 @@
 #include "isolux/render/transport.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <span>
 
@@ -256,22 +257,29 @@ double Transport::done() const {
 }
 
 void Transport::light_directly(const Scene& scene, const std::vector<std::uint32_t>& sources) {
-  constexpr int kLanes = PointPacket::kCount;
+  constexpr std::size_t kLanes = PointPacket::kCount;
   constexpr double kCame = 20;  // steps; only its side of the surface matters
   const ShadowRays shadow_rays(scene, surfaces_);
   parallel_for(sources.size(), kPieceToShadow, [&](std::size_t begin, std::size_t end) {
     std::array<Rgb, kPieceToShadow> sums{};
-    // Samples that a lamp may reach, until their rays fill a packet.
-    PointPacket points;
-    Rgb arriving[kLanes];
-    Rgb* to[kLanes];
-    int count = 0;
+    // Samples that a lamp may reach, until their rays fill the packets that go together.
+    constexpr std::size_t kPackets = IsoLanes::kPacketsAtOnce;
+    std::array<PointPacket, kPackets> points;
+    std::array<ShadowQuestion, kPackets> questions;
+    std::array<Rgb, kPackets * kLanes> arriving;
+    std::array<Rgb*, kPackets * kLanes> to;
+    std::size_t count = 0;
     const auto add = [&](const Light& light) {
-      float share[kLanes];
-      std::ranges::fill(share, 1.0f);
-      if (scene.shadows && count > 0) shadow_rays.reach(light, points, ~0u >> (32 - count), share);
-      for (int n = 0; n < count; ++n) {
-        *to[n] = *to[n] + static_cast<double>(share[n]) * arriving[n];
+      const std::size_t packets = (count + kLanes - 1) / kLanes;
+      for (std::size_t p = 0; p < packets; ++p) {
+        const std::size_t here = std::min(kLanes, count - p * kLanes);
+        questions[p] = {&points[p], ~0u >> (kLanes - here), {}, {}};
+        std::ranges::fill(questions[p].share, 1.0f);
+      }
+      if (scene.shadows) shadow_rays.reach(light, std::span(questions).first(packets));
+      for (std::size_t n = 0; n < count; ++n) {
+        const float share = questions[n / kLanes].share[n % kLanes];
+        *to[n] = *to[n] + static_cast<double>(share) * arriving[n];
       }
       count = 0;
     };
@@ -283,13 +291,15 @@ void Transport::light_directly(const Scene& scene, const std::vector<std::uint32
         arriving[count] = irradiance(light, at);
         if (arriving[count] == Rgb{}) continue;
         to[count] = &sums[n - begin];
-        points.position[count] = at.position;
-        points.normal[count] = at.normal;
-        points.to_eye[count] = at.to_eye;
-        points.came_mm[count] = kCame * surfaces_.at(site.surface).step_mm();
-        points.surface[count] = site.surface;
-        points.point[count] = site.point;
-        if (++count == kLanes) add(light);
+        PointPacket& packet = points[count / kLanes];
+        const std::size_t lane = count % kLanes;
+        packet.position[lane] = at.position;
+        packet.normal[lane] = at.normal;
+        packet.to_eye[lane] = at.to_eye;
+        packet.came_mm[lane] = kCame * surfaces_.at(site.surface).step_mm();
+        packet.surface[lane] = site.surface;
+        packet.point[lane] = site.point;
+        if (++count == arriving.size()) add(light);
       }
       add(light);
     }

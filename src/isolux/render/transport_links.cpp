@@ -57,13 +57,20 @@ void TransportLinks::shoot_piece(std::span<const std::uint32_t> samples, std::si
   struct Start {
     std::uint32_t slot, sample;
     std::size_t first;  // of its answers
+    std::size_t done;   // rays that were shot before
+    TangentFrame frame;
+    Vec3 true_normal, position;  // the latter a little above the surface
   };
   std::vector<Start> starts;
   std::size_t answers = 0;
   for (const std::uint32_t sample : samples) {
     const auto done = static_cast<std::size_t>(of(sample).rays);
     if (done >= count) continue;
-    starts.push_back({slot(sample), sample, answers});
+    const SampleSite& site = from_.site(sample);
+    const Vec3 true_normal = from_.true_normal(sample);
+    const double off = LinkTracer::kOff * surfaces_.at(site.surface).step_mm();
+    starts.push_back({slot(sample), sample, answers, done, TangentFrame(from_.normal(sample)),
+                      true_normal, site.position + off * true_normal});
     answers += count - done;
   }
   std::ranges::stable_sort(starts, {}, &Start::slot);
@@ -86,23 +93,19 @@ void TransportLinks::shoot_piece(std::span<const std::uint32_t> samples, std::si
   };
   const auto each_slot = [&](std::span<const Start> together) {
     for (std::size_t number = 0; number < count; ++number) {
-      for (const auto& [slot, sample, first] : together) {
-        const auto done = static_cast<std::size_t>(of(sample).rays);
-        if (number < done) continue;
-        const SampleSite& site = from_.site(sample);
-        const TangentFrame frame(from_.normal(sample));
-        const Vec3 true_normal = from_.true_normal(sample);
+      for (const Start& start : together) {
+        if (number < start.done) continue;
+        const TangentFrame& frame = start.frame;
         const Vec3 onward =
-            kept_above(frame.world(directions_[slot * most_ + number]), true_normal);
-        Met& at = met[first + number - done];
+            kept_above(frame.world(directions_[start.slot * most_ + number]), start.true_normal);
+        Met& at = met[start.first + number - start.done];
         at.link.across = static_cast<std::int16_t>(dot(onward, frame.across) / LinkTilt::kStep);
         at.link.along = static_cast<std::int16_t>(dot(onward, frame.along) / LinkTilt::kStep);
-        const double off = LinkTracer::kOff * surfaces_.at(site.surface).step_mm();
         const int n = rays.count++;
-        rays.packet.set(n, {site.position + off * true_normal, onward});
-        rays.surface[n] = site.surface;
-        rays.inside[n] = from_.side(sample).inside;
-        rays.seed[n] = sample;
+        rays.set(n, {start.position, onward});
+        rays.surface[n] = from_.site(start.sample).surface;
+        rays.inside[n] = from_.side(start.sample).inside;
+        rays.seed[n] = start.sample;
         rays.number[n] = static_cast<std::uint32_t>(number);
         answer[static_cast<std::size_t>(n)] = &at;
         if (rays.count == LinkRays::kCount) trace();
@@ -114,9 +117,9 @@ void TransportLinks::shoot_piece(std::span<const std::uint32_t> samples, std::si
     each_slot({&starts[begin], end - begin});
   }
   if (rays.count > 0) trace();
-  for (const auto& [slot, sample, first] : starts) {
-    SampleLinks& row = rows_[row_of_[sample]];
-    const std::span<const Met> mine(&met[first], count - static_cast<std::size_t>(row.rays));
+  for (const Start& start : starts) {
+    SampleLinks& row = rows_[row_of_[start.sample]];
+    const std::span<const Met> mine(&met[start.first], count - start.done);
     const auto stays = [](const Met& one) {
       return one.link.to != LinkRays::kSky && one.link.to != LinkRays::kDark;
     };
