@@ -7,7 +7,10 @@
 #define ISOLUX_INTERSECT_LANE_VOXELS_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
+
+#include <bit>
 
 #include "isolux/intersect/lane_vectors-inl.h"
 #include "isolux/intersect/lane_walk.h"
@@ -15,6 +18,26 @@
 #if HWY_TARGET != HWY_SCALAR
 HWY_BEFORE_NAMESPACE();
 namespace isolux::lanes::HWY_NAMESPACE {
+// Asks for rows of voxels beside the lowest corners of cells, `rows` and `slices` further on, so
+// that they are there when they are read.
+template <typename T, std::size_t kRows>
+HWY_INLINE void fetch_rows(const Field& field, const VI (&cell)[3], std::uint32_t lanes,
+                           const std::int8_t (&rows)[kRows][2]) {
+  alignas(64) std::int32_t at[3][RayLanes::kCount];
+  for (int a = 0; a < 3; ++a) hn::Store(cell[a], kI, at[a]);
+  const std::ptrdiff_t row = field.dims[0], slice = row * field.dims[1];
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const int n = std::countr_zero(lanes);
+    const T* corner =
+        static_cast<const T*>(field.voxels) + at[0][n] + row * at[1][n] + slice * at[2][n];
+    for (const auto& [y, z] : rows) hwy::Prefetch(corner + y * row + z * slice);
+  }
+}
+constexpr std::int8_t kCornerRows[4][2] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}};
+// Those that only the normal needs.
+constexpr std::int8_t kRowsAround[8][2] = {{-1, 0}, {-1, 1}, {2, 0}, {2, 1},
+                                           {0, -1}, {1, -1}, {0, 2}, {1, 2}};
+
 // Reads voxels of type T relative to the lowest corner of each lane's cell; relative to that of
 // cell (spare, spare, spare) where a lane is not asked for.
 template <typename T, bool kWide>

@@ -157,6 +157,11 @@ class Walk : public LaneRays<T, kWide> {
       next_cell_[a] = hn::IfThenElse(stay, next, next_cell_[a]);
       cell_[a] = hn::IfThenElse(go, next, cell_[a]);
     }
+    if constexpr (kWide) {  // a smaller volume is in the caches mostly
+      VI at[3];
+      for (int a = 0; a < 3; ++a) at[a] = hn::Add(axis_[a].base, cell_[a]);
+      fetch_rows<T>(*field_, at, bits_of(found), kCornerRows);
+    }
     next_t_ = hn::IfThenElse(found, next_t, next_t_);
     t_ = hn::IfThenElse(hn::RebindMask(kF, go), next_t, t_);
     candidates_ = hn::Or(candidates_, found);
@@ -296,6 +301,7 @@ class Stream {
     }
     if (!hn::AllFalse(kF, meets)) {
       meetings_.add(met, meets, rays_[n]);
+      if constexpr (kWide) fetch_rows<T>(field_, met.piece.cell, bits_of(meets), kRowsAround);
       if (meetings_.is_vector()) tell();
     }
     refill(n);

@@ -1,6 +1,8 @@
 #include "isolux/render/indirect_light.h"
 
+#include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "isolux/base/error.h"
 #include "isolux/base/memory.h"
@@ -50,8 +52,19 @@ void IndirectLight::transport(const Scene& scene, const SceneSurfaces& surfaces,
     transport_->see(scene, buffer, *seen_);
     sky_bounces_.reset();
   }
+  // To count takes milliseconds, and the question comes every few of them.
+  using Clock = std::chrono::steady_clock;
+  constexpr auto kBetweenCounts = std::chrono::milliseconds(100);
+  std::optional<Clock::time_point> counted;
+  double done = 0;
   is_complete_ = transport_->refine(scene.bounces, [&] {
-    if (listener) listener("linking surfaces", transport_->done());
+    if (listener) {
+      if (!counted || Clock::now() - *counted >= kBetweenCounts) {
+        done = transport_->done();
+        counted = Clock::now();
+      }
+      listener("linking surfaces", done);
+    }
     return stop && stop();
   });
   if (transport_->bytes() > scene.indirect_memory) {

@@ -1,6 +1,8 @@
 #include "isolux/render/pixel_blend.h"
 
 #include <algorithm>
+#include <atomic>
+#include <bit>
 
 #include "isolux/base/parallel.h"
 
@@ -101,21 +103,36 @@ void PixelBlend::find_further(const FurtherPoints& points, BlendFinder& finder, 
 
 // What weights are for becomes a number in samples().
 void PixelBlend::number_samples(std::size_t count) {
-  constexpr std::uint32_t kUnused = ~0u;
-  std::vector<std::uint32_t> numbers(count, kUnused);
   const auto each_sample = [&](const auto& body) {
-    for (Piece& piece : pieces_) {
-      for (BlendShare& share : piece.shares) body(share.sample);
-      for (BlendWeight& point : piece.points) body(point.sample);
-    }
+    parallel_for(pieces_.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        for (BlendShare& share : pieces_[n].shares) body(share.sample);
+        for (BlendWeight& point : pieces_[n].points) body(point.sample);
+      }
+    });
   };
-  each_sample([&](std::uint32_t& sample) { numbers[sample] = 0; });
-  for (std::uint32_t n = 0; n < count; ++n) {
-    if (numbers[n] == kUnused) continue;
-    numbers[n] = static_cast<std::uint32_t>(samples_.size());
-    samples_.push_back(n);
+  // A bit for each sample, and how many are used before each word of them.
+  std::vector<std::uint64_t> used((count + 63) / 64);
+  std::vector<std::uint32_t> before(used.size());
+  each_sample([&](const std::uint32_t& sample) {
+    const std::uint64_t bit = std::uint64_t{1} << sample % 64;
+    const std::atomic_ref word(used[sample / 64]);
+    if ((word.load(std::memory_order_relaxed) & bit) == 0) {
+      word.fetch_or(bit, std::memory_order_relaxed);
+    }
+  });
+  for (std::size_t n = 0; n < used.size(); ++n) {
+    before[n] = static_cast<std::uint32_t>(samples_.size());
+    for (std::uint64_t rest = used[n]; rest != 0; rest &= rest - 1) {
+      samples_.push_back(static_cast<std::uint32_t>(64 * n) +
+                         static_cast<std::uint32_t>(std::countr_zero(rest)));
+    }
   }
-  each_sample([&](std::uint32_t& sample) { sample = numbers[sample]; });
+  each_sample([&](std::uint32_t& sample) {
+    const std::uint64_t below = (std::uint64_t{1} << sample % 64) - 1;
+    sample =
+        before[sample / 64] + static_cast<std::uint32_t>(std::popcount(used[sample / 64] & below));
+  });
 }
 
 std::size_t PixelBlend::channels_of(const std::vector<SlopedLight>& of_samples) const {

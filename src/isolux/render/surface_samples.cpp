@@ -189,46 +189,45 @@ std::size_t hashed(std::uint64_t key) {
 }  // namespace
 
 const SurfaceSamples::Row* SurfaceSamples::Grid::row(const BlockIndex& at) const {
-  if (keys_.empty()) return nullptr;
+  if (slots_.empty()) return nullptr;
   const std::uint64_t wanted = key(at);
   for (std::size_t n = hashed(wanted);; ++n) {
-    const std::size_t slot = n & (keys_.size() - 1);
-    if (keys_[slot] == wanted) return &rows_[places_[slot]];
-    if (keys_[slot] == 0) return nullptr;
+    const Slot& slot = slots_[n & (slots_.size() - 1)];
+    if (slot.key == wanted) return &rows_[slot.place];
+    if (slot.key == 0) return nullptr;
   }
 }
 
 void SurfaceSamples::Grid::add(const BlockIndex& block, Run run) {
-  if (2 * (rows_.size() + 1) > keys_.size()) grow();
+  if (2 * (rows_.size() + 1) > slots_.size()) grow();
   const std::uint64_t wanted = key({block[0] >> kRowShift, block[1], block[2]});
-  std::size_t slot = hashed(wanted) & (keys_.size() - 1);
-  while (keys_[slot] != 0 && keys_[slot] != wanted) slot = (slot + 1) & (keys_.size() - 1);
-  if (keys_[slot] == 0) {
-    keys_[slot] = wanted;
-    places_[slot] = static_cast<std::uint32_t>(rows_.size());
+  Slot& slot = slot_for(wanted);
+  if (slot.key == 0) {
+    slot = {wanted, static_cast<std::uint32_t>(rows_.size())};
     rows_.emplace_back();
   }
-  rows_[places_[slot]][static_cast<std::size_t>(block[0] & (kRow - 1))] = run;
+  rows_[slot.place][static_cast<std::size_t>(block[0] & (kRow - 1))] = run;
+}
+
+// The one that holds a key, or a free one for it.
+SurfaceSamples::Grid::Slot& SurfaceSamples::Grid::slot_for(std::uint64_t wanted) {
+  std::size_t n = hashed(wanted);
+  while (true) {
+    Slot& slot = slots_[n++ & (slots_.size() - 1)];
+    if (slot.key == 0 || slot.key == wanted) return slot;
+  }
 }
 
 void SurfaceSamples::Grid::grow() {
-  const std::vector<std::uint64_t> keys = std::move(keys_);
-  const std::vector<std::uint32_t> places = std::move(places_);
-  const std::size_t size = std::max<std::size_t>(64, 2 * keys.size());
-  keys_.assign(size, 0);
-  places_.assign(size, 0);
-  for (std::size_t n = 0; n < keys.size(); ++n) {
-    if (keys[n] == 0) continue;
-    std::size_t slot = hashed(keys[n]) & (size - 1);
-    while (keys_[slot] != 0) slot = (slot + 1) & (size - 1);
-    keys_[slot] = keys[n];
-    places_[slot] = places[n];
+  const std::vector<Slot> before = std::move(slots_);
+  slots_.assign(std::max<std::size_t>(64, 2 * before.size()), {});
+  for (const Slot& slot : before) {
+    if (slot.key != 0) slot_for(slot.key) = slot;
   }
 }
 
 double SurfaceSamples::Grid::bytes() const {
-  return static_cast<double>(keys_.size() * (sizeof(std::uint64_t) + sizeof(std::uint32_t)) +
-                             rows_.size() * sizeof(Row));
+  return static_cast<double>(slots_.size() * sizeof(Slot) + rows_.size() * sizeof(Row));
 }
 
 }  // namespace isolux

@@ -150,12 +150,18 @@ class SurfaceSamples {
     double bytes() const;
 
    private:
+    struct Slot;
+
     static std::uint64_t key(const BlockIndex& at);
+    Slot& slot_for(std::uint64_t wanted);
     void grow();
 
+    struct Slot {
+      std::uint64_t key = 0;  // 0: nothing is there
+      std::uint32_t place = 0;
+    };
     // Open addressing; a power of two.
-    std::vector<std::uint64_t> keys_;
-    std::vector<std::uint32_t> places_;
+    std::vector<Slot> slots_;
     std::vector<Row> rows_;
   };
 

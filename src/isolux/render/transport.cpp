@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstring>
 #include <span>
 
 #include "isolux/base/parallel.h"
@@ -128,12 +129,18 @@ void Transport::follow(const SampleLinks& row, std::uint16_t& followed, std::int
 
 // Notes what has come to need so many bounces.
 void Transport::collect(std::int8_t bounces) {
-  for (std::uint32_t sample = 0; sample < needs_.size(); ++sample) {
-    if (needs_[sample] != bounces || collected_[sample] == bounces) continue;
-    if (collected_[sample] < 0) sources_.push_back(sample);
-    collected_[sample] = bounces;
-    followed_[sample] = 0;
-    needing_[static_cast<std::size_t>(bounces)].push_back(sample);
+  constexpr std::size_t kAtOnce = 64;  // mostly nothing has changed
+  const auto size = static_cast<std::uint32_t>(needs_.size());
+  for (std::uint32_t begin = 0; begin < size; begin += kAtOnce) {
+    const std::uint32_t end = std::min<std::uint32_t>(size, begin + kAtOnce);
+    if (std::memcmp(&needs_[begin], &collected_[begin], end - begin) == 0) continue;
+    for (std::uint32_t sample = begin; sample < end; ++sample) {
+      if (needs_[sample] != bounces || collected_[sample] == bounces) continue;
+      if (collected_[sample] < 0) sources_.push_back(sample);
+      collected_[sample] = bounces;
+      followed_[sample] = 0;
+      needing_[static_cast<std::size_t>(bounces)].push_back(sample);
+    }
   }
 }
 
@@ -344,7 +351,9 @@ void Transport::send(const std::vector<std::uint32_t>& sources, std::size_t boun
 
 void Transport::light(const Scene& scene) {
   // Neighbours' rays go together.
-  if (!std::ranges::is_sorted(sources_)) std::ranges::sort(sources_);
+  const auto fresh = std::ranges::is_sorted_until(sources_);
+  std::ranges::sort(fresh, sources_.end());
+  std::ranges::inplace_merge(sources_, fresh);
   if (!lit_by_ || !is_lit_alike(*lit_by_, scene)) {
     known_.assign(coarse_->size(), 0);
     lit_bounces_ = -1;
