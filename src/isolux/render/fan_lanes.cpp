@@ -48,6 +48,23 @@ void aim_here(const RayFan& fan, int x0, int y0, RayLanes& rays) {
   }
 }
 
+// Op for op as normalize() in base/vec3.h.
+void aim_unit_here(const RayFan& fan, int x0, int y0, RayLanes& rays) {
+  aim_here(fan, x0, y0, rays);
+  for (std::size_t n = 0; n < kCount; n += hn::Lanes(kD)) {
+    VD d[3];
+    for (int axis = 0; axis < 3; ++axis) d[axis] = hn::Load(kD, rays.direction[axis] + n);
+    const VD largest = hn::Max(hn::Max(hn::Abs(d[0]), hn::Abs(d[1])), hn::Abs(d[2]));
+    for (VD& part : d) part = hn::Div(part, largest);
+    const VD square =
+        hn::Add(hn::Add(hn::Mul(d[0], d[0]), hn::Mul(d[1], d[1])), hn::Mul(d[2], d[2]));
+    const VD size = hn::Sqrt(square);
+    for (int axis = 0; axis < 3; ++axis) {
+      hn::Store(hn::Div(d[axis], size), kD, rays.direction[axis] + n);
+    }
+  }
+}
+
 std::uint32_t measure_here(const RayLanes& rays, PacketHits& hits) {
   for (std::size_t n = 0; n < kCount; n += hn::Lanes(kD)) {
     const VD x = hn::Load(kD, rays.direction[0] + n), y = hn::Load(kD, rays.direction[1] + n),
@@ -77,10 +94,15 @@ HWY_AFTER_NAMESPACE();
 namespace isolux {
 
 HWY_EXPORT(aim_here);
+HWY_EXPORT(aim_unit_here);
 HWY_EXPORT(measure_here);
 
 void aim(const RayFan& fan, int x0, int y0, RayLanes& rays) {
   HWY_DYNAMIC_DISPATCH(aim_here)(fan, x0, y0, rays);
+}
+
+void aim_unit(const RayFan& fan, int x0, int y0, RayLanes& rays) {
+  HWY_DYNAMIC_DISPATCH(aim_unit_here)(fan, x0, y0, rays);
 }
 
 std::uint32_t measure(const RayLanes& rays, PacketHits& hits) {

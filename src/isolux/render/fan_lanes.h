@@ -12,6 +12,9 @@ namespace isolux {
 /// to the bit as RayFan::ray gives them. Begin and end are left alone.
 void aim(const RayFan& fan, int x0, int y0, RayLanes& rays);
 
+/// The same with unit directions, to the bit as Camera::ray gives them.
+void aim_unit(const RayFan& fan, int x0, int y0, RayLanes& rays);
+
 /// Makes t, counted in the lengths of these directions, a distance, for all lanes. Returns the
 /// lanes that are hit and have no normal.
 std::uint32_t measure(const RayLanes& rays, PacketHits& hits);

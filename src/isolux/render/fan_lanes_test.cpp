@@ -22,6 +22,16 @@ TEST(FanLanes, rays_are_those_of_the_fan_to_the_bit) {
   }
 }
 
+TEST(FanLanes, unit_directions_are_those_of_normalize_to_the_bit) {
+  RayPacket rays;
+  aim_unit(kFan, 640, 8, rays);
+  for (int n = 0; n < RayPacket::kCount; ++n) {
+    const Ray expected = kFan.ray(640 + RayPacket::x_of(n), 8 + RayPacket::y_of(n));
+    EXPECT_EQ(rays.ray(n).origin, expected.origin);
+    EXPECT_EQ(rays.ray(n).direction, normalize(expected.direction));
+  }
+}
+
 TEST(FanLanes, t_becomes_a_distance_and_only_hits_can_lack_a_normal) {
   RayPacket rays;
   aim(kFan, 16, 8, rays);

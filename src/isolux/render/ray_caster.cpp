@@ -83,11 +83,7 @@ class RayCaster::Eye {
   // The rays of one, of unit direction.
   RayPacket rays(const Half& half) const {
     RayPacket packet;
-    for (int n = 0; n < kLanes; ++n) {
-      Ray ray = world_.ray(half.x0 + RayPacket::x_of(n), half.y0 + RayPacket::y_of(n));
-      ray.direction = normalize(ray.direction);
-      packet.set(n, ray);
-    }
+    aim_unit(world_, half.x0, half.y0, packet);
     return packet;
   }
 

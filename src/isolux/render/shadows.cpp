@@ -6,6 +6,7 @@
 
 #include "isolux/base/parallel.h"
 #include "isolux/render/crossings.h"
+#include "isolux/render/fan_lanes.h"
 
 namespace isolux {
 namespace {
@@ -48,12 +49,13 @@ struct Half {
 
   PointPacket points(const Camera& camera, const SurfaceBuffer& buffer) const {
     PointPacket points;
+    RayPacket rays;
+    const auto [x0, y0] = buffer.pixel(place);
+    aim_unit(camera.fan(), x0, y0, rays);
     for (std::uint32_t rest = hits; rest != 0; rest &= rest - 1) {
       const int n = std::countr_zero(rest);
-      const std::size_t at = place + static_cast<std::size_t>(n);
-      const auto [x, y] = buffer.pixel(at);
-      const SurfaceSample sample = buffer.sample(at);
-      const Ray ray = camera.ray(x, y);
+      const SurfaceSample sample = buffer.sample(place + static_cast<std::size_t>(n));
+      const Ray ray = rays.ray(n);
       points.position[n] = ray.at(sample.depth_mm);
       points.normal[n] = sample.normal();
       points.to_eye[n] = -ray.direction;
