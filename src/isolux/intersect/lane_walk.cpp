@@ -262,7 +262,7 @@ class Stream {
       : field_(field), questions_(questions) {}
 
   HWY_INLINE void run() {
-    for (auto& walk : walks_) walk.begin(field_, *questions_[0].rays, 0, 0);
+    for (int n = 0; n < 2; ++n) begin(n);
     while (true) {
       for (int n = 0; n < 2; ++n) {
         if (!is_busy(walks_[n])) look(n);
@@ -288,7 +288,7 @@ class Stream {
   static constexpr int kBusy = kStep / 2;
 
   HWY_INLINE bool is_busy(const Walk<T, kWide>& walk) const {
-    return std::popcount(walk.walking()) >= (is_more_ ? kBusy : 1);
+    return std::popcount(walk.walking()) >= (is_more_ || fresh_lanes_ != 0 ? kBusy : 1);
   }
 
   HWY_INLINE void look(int n) {
@@ -312,9 +312,10 @@ class Stream {
   // Lanes that are through take the next rays.
   HWY_INLINE void refill(int n) {
     std::uint32_t idle = kAllLanes & ~walks_[n].walking();
-    while (idle != 0 && is_more_) {
+    while (idle != 0 && (fresh_lanes_ != 0 || is_more_)) {
       if (fresh_lanes_ == 0) {
-        start_next();
+        fresh_first_ = start(fresh_);
+        fresh_lanes_ = fresh_.walking();
         continue;
       }
       alignas(64) std::int32_t which[kStep] = {};
@@ -329,19 +330,25 @@ class Stream {
     }
   }
 
-  HWY_INLINE void start_next() {
-    if (next_ == questions_.size() * RayLanes::kCount) {
-      is_more_ = false;
-      return;
-    }
-    const Question& question = questions_[next_ / RayLanes::kCount];
-    const std::size_t first = next_ % RayLanes::kCount;
-    fresh_first_ = static_cast<std::uint32_t>(next_);
-    next_ += kStep;
-    const std::uint32_t lanes = question.lanes >> first & kAllLanes;
-    if (lanes == 0) return;
-    fresh_.begin(field_, *question.rays, first, lanes);
-    fresh_lanes_ = fresh_.walking();
+  // Starts the next rays in the lanes of a vector, or none; returns the ray of the first lane.
+  HWY_INLINE std::uint32_t start(Walk<T, kWide>& walk) {
+    const std::size_t end = questions_.size() * RayLanes::kCount;
+    const auto lanes = [&] {
+      return questions_[next_ / RayLanes::kCount].lanes >> next_ % RayLanes::kCount & kAllLanes;
+    };
+    while (next_ != end && lanes() == 0) next_ += kStep;
+    is_more_ = next_ != end;
+    const std::size_t at = is_more_ ? next_ : 0;
+    walk.begin(field_, *questions_[at / RayLanes::kCount].rays, at % RayLanes::kCount,
+               is_more_ ? lanes() : 0);
+    if (is_more_) next_ += kStep;
+    is_more_ = next_ != end;
+    return static_cast<std::uint32_t>(at);
+  }
+
+  HWY_INLINE void begin(int n) {
+    const std::uint32_t first = start(walks_[n]);
+    for (std::uint32_t lane = 0; lane < kStep; ++lane) rays_[n][lane] = first + lane;
   }
 
   // What came of the rays that met the surface, as many as there are lanes.
