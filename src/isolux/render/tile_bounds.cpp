@@ -82,7 +82,7 @@ TileBounds::TileBounds(const SkipGrid& skip, const Affine& world_from_index, con
 
   std::mutex merging;
   const std::vector<SkipGrid::Block>& cubes = skip.cubes(level);
-  parallel_for(cubes.size(), cubes.size() / 2 + 1, [&](std::size_t begin, std::size_t end) {
+  parallel_for(cubes.size(), cubes.size() / 4 + 1, [&](std::size_t begin, std::size_t end) {
     std::vector<Depths> bounds(count);
     Depths everywhere;
     for (std::size_t n = begin; n < end; ++n) {
