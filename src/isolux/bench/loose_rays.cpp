@@ -48,9 +48,11 @@ std::size_t count_met(const std::vector<Ray>& rays, const std::optional<Affine>&
         }
         const std::size_t count = end - begin;
         met_of(std::span<const RayLanes>(packets.data(), count), std::span(lanes.data(), count));
+        std::size_t here = 0;
         for (std::size_t p = 0; p < count; ++p) {
-          met += static_cast<std::size_t>(std::popcount(lanes[p]));
+          here += static_cast<std::size_t>(std::popcount(lanes[p]));
         }
+        met += here;
       });
   return met;
 }

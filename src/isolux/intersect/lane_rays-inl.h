@@ -71,7 +71,7 @@ class LaneRays {
     const VF zero = hn::Zero(kF);
     MF active = mask_of(lanes);
     VF from = hn::Load(kF, rays_->begin + first_);
-    // A little further than the end: finish() compares with the end itself, in doubles.
+    // A little further than the end: outcome_of() compares with the end itself, in doubles.
     VF to = hn::Mul(hn::Load(kF, rays_->end + first_), hn::Set(kF, 1 + kRounding));
     VF largest = zero;
     for (int a = 0; a < 3; ++a) {

@@ -119,7 +119,8 @@ class PathTracer::Tile {
   void trace(std::span<const std::uint32_t> numbers, int bounce, std::vector<std::uint32_t>& onward,
              std::vector<std::uint32_t>& passing) {
     const std::size_t packets = (numbers.size() + kLanes - 1) / kLanes;
-    std::array<RayPacket, kPackets> rays{};
+    std::array<RayPacket, kPackets> rays;
+    std::fill_n(rays.begin(), packets, RayPacket{});
     std::array<std::uint32_t, kPackets> lanes{};
     for (std::size_t n = 0; n < packets * kLanes; ++n) {
       RayPacket& packet = rays[n / kLanes];

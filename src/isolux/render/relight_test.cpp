@@ -73,6 +73,40 @@ TEST(Relight, lanes_give_the_terms_of_light_point) {
       scene_of({{"camera", {{"eye", {0, 0, 0}}, {"target", {1, 2, 3}}, {"fov", 100}}}}));
 }
 
+// Grey and coloured pixels, side by side in a block too, and blocks at the picture's edges.
+TEST(Relight, each_byte_of_a_picture_is_the_display_of_its_own_channel) {
+  const json grey_lamp = {{{"kind", "point"}, {"at", {-30, -60, 57}}}};
+  const json coloured_lamp = {
+      {{"kind", "point"}, {"at", {-30, -60, 57}}},
+      {{"kind", "directional"}, {"to", {1, 0, 0.5}}, {"color", {0.1, 0.9, 0.4}}}};
+  for (const json& lamps : {grey_lamp, coloured_lamp}) {
+    const Scene scene = scene_of({{"surface", {{{"iso", 0.5}}}},
+                                  {"ambient", {0.1, 0.1, 0.1}},
+                                  {"background", {0.3, 0.1, 0.7}},
+                                  {"light", lamps}});
+    const SurfaceBuffer buffer = RayCaster(scene).cast(*scene.camera);
+    const Radiance radiance = light(scene, buffer);
+    LitPicture lit;
+    const Picture& picture = lit.relight(scene, buffer);
+    int grey = 0, coloured = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const Rgb total = radiance.total.at(buffer.at(x, y));
+        if (buffer.sample(buffer.at(x, y)).is_hit()) {
+          ++(total.r == total.g && total.g == total.b ? grey : coloured);
+        }
+        const auto expected = displayed(scene.display, total);
+        for (std::size_t c = 0; c < 3; ++c) {
+          EXPECT_EQ(picture.rgb[3 * static_cast<std::size_t>(y * kWidth + x) + c], expected[c])
+              << x << ", " << y;
+        }
+      }
+    }
+    EXPECT_GT(grey, 50);
+    EXPECT_EQ(coloured > 50, lamps == coloured_lamp);
+  }
+}
+
 TEST(Relight, a_picture_drawn_again_and_again_is_the_picture_drawn_once) {
   std::mt19937 random(3);
   const auto any = [&](double low, double high) {

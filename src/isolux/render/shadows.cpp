@@ -176,11 +176,12 @@ void ShadowRays::reach(const Light& light, std::span<ShadowQuestion> questions) 
 void ShadowRays::reach_few(const Light& light, std::span<ShadowQuestion> questions) const {
   constexpr std::size_t kMost = IsoLanes::kPacketsAtOnce;
   const std::size_t count = questions.size();
-  std::array<RayPacket, kMost> rays{};
+  std::array<RayPacket, kMost> rays;
   std::array<Aim, kMost> aims;
   std::array<std::uint32_t, kMost> lanes{}, near{}, far{};
   for (std::size_t p = 0; p < count; ++p) {
     std::ranges::fill(questions[p].share, 1.0f);
+    rays[p] = {};
     aims[p] = aim(light, *questions[p].points, questions[p].lanes, rays[p]);
     lanes[p] = aims[p].lanes;
   }
